@@ -1,4 +1,4 @@
-"""The integrator: closed forms, naive twin, order, energy, random streams, invariance."""
+"""Both integrators against closed forms and the naive loop: order, energy, turns, branches."""
 
 import itertools
 
@@ -8,12 +8,26 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import naive
-from beltrepro import ChainParameters, ChainState, simulate
-from beltrepro.engine.integrator import Sampling, Section
-from beltrepro.engine.law import law_constants, tension
+from advancing import at_rest, integrator, recorded
+from beltrepro import ChainParameters, simulate
+from beltrepro.engine.event_integrator import EventIntegrator
+from beltrepro.engine.law import (
+    branch_at,
+    expand_spring,
+    extension,
+    law_constants,
+    stored_energy,
+    tension,
+)
 from beltrepro.engine.vector import kernel
-from beltrepro.engine.verlet_integrators import SteppingVerlet
-from beltrepro.model.spring import chain_deformations, spring_energy, spring_extension, spring_force
+from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet, SteppingVerlet
+from beltrepro.model.spring import (
+    chain_deformations,
+    spring_energy,
+    spring_extension,
+    spring_force,
+    spring_stiffness,
+)
 
 SINGLE = ChainParameters(1, 1.0)
 
@@ -92,13 +106,6 @@ def test_first_order_convergence_in_the_time_step():
     assert errors[0] < octaves[0, -1]
 
 
-def test_without_samples_any_time_step_will_do():
-    """The samples behind r are then about 0.1 apart, whatever the step."""
-    options = {"duration": 30, "method": "verlet", "sample_interval": None}
-    odd, usual = simulate([ChainParameters(3, 20.0)] * 2, time_step=[0.0013, 0.001], **options)
-    assert odd.mean_length == pytest.approx(usual.mean_length, rel=1e-3)
-
-
 def test_energy_audit_closes_and_improves_with_the_step():
     options = {"duration": 200, "sample_interval": None, "method": "verlet"}
     runs = [simulate(ChainParameters(5, 20.0, 1.0), time_step=h, **options) for h in (0.01, 0.001)]
@@ -107,17 +114,41 @@ def test_energy_audit_closes_and_improves_with_the_step():
 
 
 @kernel
-def fill_tensions(x, law, y):
+def fill_law(x, law, columns):
     for i in range(len(x)):
-        y[i] = tension(x[i], law)
+        columns[0, i], columns[1, i], rate, softness = expand_spring(x[i], law)
+        columns[2, i] = tension(x[i], law)
+        columns[3, i] = extension(columns[2, i], law)
+        columns[4, i] = stored_energy(x[i], law)
+        columns[5, i] = branch_at(x[i], law)
+        columns[6, i] = rate
+        columns[7, i] = rate * softness
 
 
-def test_kernel_spring_law_is_the_model():
+@pytest.mark.parametrize(
+    "law",
+    [{}, {"linear_limit": 7.0, "compression_rate": 0.1, "extension_rate": 0.03},
+     {"linear_limit": np.inf}],
+)  # fmt: skip
+def test_the_spring_law_of_kernels_is_the_model(law):
+    chain = ChainParameters(1, 1.0, **law)
     x = np.linspace(-60, 300, 3601)
-    y = np.empty_like(x)
-    fill_tensions(x, law_constants(SINGLE), y)
-    np.testing.assert_allclose(y, -spring_force(x), rtol=2e-14, atol=2e-13)
-    np.testing.assert_allclose(y, [-naive.spring_force(value) for value in x], atol=1e-10)
+    columns = np.empty((8, len(x)))
+    fill_law(x, law_constants(chain), columns)
+    pull, slope, again, inverse, energy, branch, rate, product = columns
+    for values, expected in (
+        (pull, -spring_force(x, chain)),
+        (slope, spring_stiffness(x, chain)),
+        (inverse, x),
+        (energy, spring_energy(x, chain)),
+    ):
+        np.testing.assert_allclose(values, expected, rtol=3e-14, atol=3e-13)
+    np.testing.assert_array_equal(again, pull)
+    curved = np.abs(x) > chain.linear_limit
+    np.testing.assert_array_equal(branch, np.sign(x) * curved)
+    rates = np.where(x < 0, -chain.compression_rate, chain.extension_rate)
+    np.testing.assert_array_equal(rate, np.where(curved, rates, 0.0))
+    np.testing.assert_allclose(product[curved], 1.0)
 
 
 # --- against the naive loop ---
@@ -171,96 +202,23 @@ def test_reversals_and_ends_of_the_branches_follow_the_naive_loop(time_step):
     assert np.abs(np.diff(branch, axis=0)).sum() > 20 and (branch < 0).any()
 
 
-# --- the same bits ---
+# --- states that go on ---
+
+KINDS = (EventIntegrator, LeapingVerlet, SteppingVerlet, LiteralVerlet)
 
 
-def small_buffers(integrator, events, crossings):
-    """Leave an integrator room for a few records of each chain only."""
-    for name, rows in (("_events", events), ("_crossings", crossings)):
-        buffer = getattr(integrator, name)
-        setattr(integrator, name, buffer._replace(rows=buffer.rows[:, :rows].copy()))
-
-
-def recorded(integrator, duration):
-    """Events, crossings, samples and audit of each chain, over one or more chunks."""
-    lanes = [[] for _ in integrator.parameters]
-    for chunk in integrator.advance(duration):
-        values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
-        samples = np.stack(values, axis=1)
-        for lane, parts in enumerate(lanes):
-            events = chunk.events[lane, : chunk.event_count[lane]]
-            crossings = chunk.crossings[lane, : chunk.crossing_count[lane]]
-            parts.append([part.copy() for part in (events, crossings, samples[..., lane])])
-    audit = integrator.energy_residual(), integrator.positions(), integrator.velocities()
-    return [
-        (*map(np.concatenate, zip(*parts, strict=True)), *last)
-        for parts, *last in zip(lanes, *audit, strict=True)
-    ]
-
-
-def assert_equal_bits(arrays, expected):
-    for one, other in zip(arrays, expected, strict=True):
-        for a, b in zip(one, other, strict=True):
-            np.testing.assert_array_equal(a, b)
-
-
-def stepping(chains, *, time_step, stride, section, numbers=None):
-    """Chains from random starts; `numbers`: those of the chains among all, for start and noise."""
-    rest = chains[0].rest_positions
-    starts = rest + np.random.default_rng(5).uniform(-1, 1, (64, len(rest)))
-    return SteppingVerlet(
-        [
-            ChainState.at_rest(chain, starts[number], replicate=number)
-            for number, chain in zip(numbers or range(len(chains)), chains, strict=True)
-        ],
-        time_step=time_step,
-        sampling=Sampling(stride, time_step),
-        sampled_blocks=len(rest),
-        section=Section(section[0], np.full(len(chains), section[1])),
-    )
-
-
-@pytest.mark.parametrize("noise", [0.0, 3.0])
-def test_width_and_buffers_change_nothing(noise):
-    chains = [ChainParameters(3, 12.0 + i % 7, noise) for i in range(37)]
-
-    def in_parts(width, *rows):
-        results = []
-        for first in range(0, 37, width):
-            numbers = range(37)[first : first + width]
-            options = {"time_step": 0.01, "stride": 7, "section": (3, 330.0)}
-            part = stepping([chains[n] for n in numbers], numbers=numbers, **options)
-            if rows:
-                small_buffers(part, *rows)
-            results += recorded(part, 120.0)
-        return results
-
-    expected = in_parts(32)
-    assert min(len(events) for events, *_ in expected) > 10
-    assert sum(len(crossings) for _, crossings, *_ in expected) > 10
-    assert max(abs(audit) for *_, audit, _, _ in expected) < 1e-2
-    for results in (in_parts(37), in_parts(5), in_parts(32, 30, 6)):
-        assert_equal_bits(results, expected)
-
-
-def test_neither_sample_stride_nor_neighbours_change_a_bit():
-    # chains of all kinds: nearly always stuck, laminar, noisy, beyond the reach of the series
-    kinds = [(0.3, 0.0), (12.0, 0.0), (30.0, 0.0), (45.0, 2.0), (20.0, 15.0), (90.0, 0.0), (8, 1.0)]
-    chains = [ChainParameters(4, u, sigma) for u, sigma in kinds]
-
-    def followed(part, stride):
-        result = recorded(stepping(part, time_step=0.004, stride=stride, section=(2, 190.0)), 56.0)
-        # of the samples those at multiples of 700 steps
-        return [
-            (events, crossings, samples[700 // stride - 1 :: 700 // stride], *last)
-            for events, crossings, samples, *last in result
-        ]
-
-    expected = followed(chains, 700)
-    assert sum(len(events) for events, *_ in expected) > 50
-    assert sum(len(crossings) for _, crossings, *_ in expected) > 5
-    assert len(expected[0][2]) == 20
-    for stride in (1, 7, 10, 100):
-        assert_equal_bits(followed(chains, stride), expected)
-    for last in range(1, len(chains)):
-        assert_equal_bits(followed(chains[:last], 50), expected[:last])
+@pytest.mark.parametrize("maker", KINDS)
+def test_a_state_goes_on_in_any_scheme_and_step(maker):
+    """The variables of another scheme, or of another time step, are made anew."""
+    chains = [ChainParameters(3, u) for u in (20.0, 35.0, 60.0)]
+    made = integrator(maker, at_rest(chains), time_step=0.001)
+    for until in (6.0, 11.0):
+        recorded(made, until)
+        states = made.state()
+        assert any(state.directions.any() for state in states)
+        exact = recorded(integrator(EventIntegrator, states), until + 1.0)
+        for kind in KINDS:
+            for time_step in (0.002, 0.001, 0.0005):
+                on = recorded(integrator(kind, states, time_step=time_step), until + 1.0)
+                for one, other in zip(on, exact, strict=True):
+                    assert np.abs(one.positions - other.positions).max() < 0.02

@@ -1,8 +1,7 @@
-"""The event integrator: exact references, roots, energy, identity of bits, events, the noise."""
+"""The event integrator: exact references, roots, energy, events, the noise."""
 
 import json
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +9,11 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2, kstest
 
 import exact
-from beltrepro import ChainParameters, ChainState, simulate
+from advancing import at_rest, integrator, recorded
+from beltrepro import ChainParameters, simulate
 from beltrepro.engine import integrator as engine_integrator
 from beltrepro.engine.candidates import first_roots
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.records import EVENT_TIME
 from beltrepro.engine.simd import LANES, select, spread, store
 from beltrepro.engine.taylor import LEVELS
@@ -26,42 +25,12 @@ EXACT = json.loads(exact.DATA.read_text())
 WITHOUT_SAMPLES = {"method": "event", "sample_interval": None}
 
 
-def integrator(chains, starts=None, *, replicates=None, section=None, stride=100, **settings):
-    """An integrator that samples all blocks every `stride` ms; starts: displacements."""
-    positions = np.array([chain.rest_positions for chain in chains])
+def advanced(chains, until, starts=None, *, replicates=None, **settings):
+    """Chains that have been advanced, from displacements, and the record of each."""
     if starts is not None:
-        positions = positions + starts
-    replicates = [0] * len(chains) if replicates is None else replicates
-    states = [
-        ChainState.at_rest(chain, place, replicate=replicate)
-        for chain, place, replicate in zip(chains, positions, replicates, strict=True)
-    ]
-    return EventIntegrator(
-        states,
-        time_step=0.001,
-        sampling=Sampling(stride, 0.001),
-        sampled_blocks=chains[0].n_blocks,
-        section=section,
-        **settings,
-    )
-
-
-def advanced(chains, until, starts=None, **options):
-    """End state of `integrator`, and copies of what its chunks hold."""
-    chain = integrator(chains, starts, **options)
-    chunks = []
-    for chunk in chain.advance(until):
-        lanes = range(len(chains))
-        chunks.append(
-            SimpleNamespace(
-                time=chunk.time.copy(),
-                displacement=chunk.displacement.copy(),
-                relative_velocity=chunk.relative_velocity.copy(),
-                events=[chunk.events[i, : chunk.event_count[i]].copy() for i in lanes],
-                crossings=[chunk.crossings[i, : chunk.crossing_count[i]].copy() for i in lanes],
-            )
-        )
-    return chain, chunks
+        starts = chains[0].rest_positions + starts
+    group = integrator(EventIntegrator, at_rest(chains, starts, replicates), **settings)
+    return group, recorded(group, until)
 
 
 def run_from(n_blocks, belt_velocity, displacements, duration):
@@ -105,8 +74,8 @@ def test_error_falls_with_the_tolerance():
     chain = ChainParameters(case["n_blocks"], case["belt_velocity"])
     errors = []
     for tolerance in (1e-4, 1e-6, 1e-8, 1e-10):
-        chunks = advanced([chain], case["events"][-1][0] + 1e-3, tolerance=tolerance)[1]
-        instants = np.concatenate([chunk.events[0] for chunk in chunks])[:, EVENT_TIME]
+        (record,) = advanced([chain], case["events"][-1][0] + 1e-3, tolerance=tolerance)[1]
+        instants = record.events[:, EVENT_TIME]
         errors.append(np.abs(instants[: len(case["events"])] - times(case["events"])).max())
     assert errors[0] < 1e-5
     assert np.all(np.array(errors[1:]) < 0.2 * np.array(errors[:-1]))
@@ -269,53 +238,6 @@ def test_energy_audit_closes_to_rounding(n_blocks):
             assert abs(strict.energy_residual()) < 1e-12
 
 
-# --- the same bits ---
-
-
-def company(count):
-    """Chains of five blocks with different u and sigma."""
-    rng = np.random.default_rng(4)
-    velocities = rng.uniform(2, 40, count)
-    noises = rng.choice([0.0, 0.5, 1.0, 5.0], count)
-    return [ChainParameters(5, u, s) for u, s in zip(velocities, noises, strict=True)]
-
-
-def bits(run):
-    arrays = [values.tobytes() for values in (run.events, run.positions, run.velocities)]
-    return [*arrays, run.energy_residual, run.disorder_parameter]
-
-
-def test_company_changes_no_bit():
-    options = {"duration": 60.0, "method": "event", "sample_interval": 0.5}
-    others = company(40)
-    for chain in (ChainParameters(5, 20.0), ChainParameters(5, 7.0, 1.0)):
-        alone = bits(simulate(chain, **options))
-        for lane, last in [
-            *((lane, 9) for lane in range(10)),
-            *((n, 40) for n in (0, 17, 31, 32, 40)),
-        ]:
-            runs = simulate([*others[:lane], chain, *others[lane:last]], **options)
-            assert bits(runs[lane]) == alone
-
-
-def test_growing_buffers_change_no_bit(monkeypatch):
-    chains = company(9)
-    section = Section(5, np.full(9, 615.0))
-
-    def everything():
-        end, chunks = advanced(chains, 200.0, section=section)
-        arrays = [end.positions(), end.velocities(), end.energy_residual()]
-        for chunk in chunks:
-            arrays += [chunk.displacement, chunk.relative_velocity, *chunk.events, *chunk.crossings]
-        assert max(map(len, chunks[0].crossings)) > 9
-        return [array.tobytes() for array in arrays]
-
-    wide = everything()
-    monkeypatch.setattr(engine_integrator, "_EVENTS", 1)
-    monkeypatch.setattr(engine_integrator, "_CROSSINGS", 1)
-    assert everything() == wide
-
-
 # --- events that need care ---
 
 
@@ -400,13 +322,13 @@ def test_a_block_beyond_its_threshold_slips_at_once():
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_samples_are_the_states_of_shorter_runs(noise):
     chain = ChainParameters(4, 15.0, noise)
-    (chunk,) = advanced([chain], 30.0, stride=700, noise_share=0.0)[1]
-    for k, time in enumerate(chunk.time):
-        end = advanced([chain], time, noise_share=0.0)[0]
-        positions = chunk.displacement[k, :, 0] + chain.rest_positions
-        np.testing.assert_allclose(positions, end.positions()[0], rtol=0, atol=1e-10)
-        velocities = chunk.relative_velocity[k, :, 0] + 15.0
-        np.testing.assert_allclose(velocities, end.velocities()[0], rtol=0, atol=1e-9)
+    (record,) = advanced([chain], 30.0, stride=700, noise_share=0.0)[1]
+    assert len(record.samples) == 42
+    for number, (displacement, relative_velocity, _) in enumerate(record.samples, start=1):
+        (end,) = advanced([chain], number * 0.7, noise_share=0.0)[1]
+        positions = displacement + chain.rest_positions
+        np.testing.assert_allclose(positions, end.positions, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(relative_velocity + 15.0, end.velocities, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("method", "late"), [("event", 1e-11), ("verlet", 0.01)])
@@ -454,9 +376,9 @@ def test_noise_sets_the_tolerance_where_it_is_more():
     """docs/event.md: the larger of the tolerance and 0.01 sqrt(q), q = f_s^2 sigma^2 dt."""
     chains = [ChainParameters(2, 5.0, noise, friction_ratio=0.3) for noise in (0.0, 1e-6, 2.0)]
     expected = [1e-10, 1e-10, 0.01 * 0.3 * 2.0 * np.sqrt(0.001)]
-    conditions = integrator(chains)._group.conditions
-    np.testing.assert_allclose(2.0 ** conditions.log_tolerance[:3], expected, rtol=1e-12)
-    np.testing.assert_allclose(conditions.noise_power[:3], np.array([0, 3e-7, 0.6]) ** 2 * 0.001)
+    group = integrator(EventIntegrator, at_rest(chains))._group
+    np.testing.assert_allclose(2.0 ** group.log_tolerance[:3], expected, rtol=1e-12)
+    np.testing.assert_allclose(group.noise_power[:3], np.array([0, 3e-7, 0.6]) ** 2 * 0.001)
 
 
 @pytest.mark.parametrize(
@@ -478,9 +400,8 @@ def test_kinetic_noise_has_the_law_of_an_oscillator_in_white_noise(until, count,
     belt_velocity, start, kinetic = 5.0, 80.0, 0.45 * 71.4  # 8 sigma beyond the mean threshold
     chain = ChainParameters(1, belt_velocity, 1.0, linear_limit=1e6)
     starts = np.full((count, 1), start)
-    end, chunks = advanced([chain] * count, until, starts, replicates=range(count), stride=500)
-    for chunk in chunks:
-        assert all(np.all(events[:, 0] == 0) for events in chunk.events)  # still in the first slip
+    end, records = advanced([chain] * count, until, starts, replicates=range(count), stride=500)
+    assert all(np.all(one.events[:, 0] == 0) for one in records)  # still in the first slip
     cosine, sine = np.cos(until), np.sin(until)
     position = kinetic + (start - kinetic) * cosine + belt_velocity * sine
     velocity = -(start - kinetic) * sine + belt_velocity * cosine

@@ -100,7 +100,7 @@ def test_what_cannot_be_kept_or_trusted_is_compiled_anew(tmp_path, monkeypatch, 
     else:
         monkeypatch.setattr(Path, "write_bytes", full_disk)
     again = cache(tmp_path)
-    kernel_cache._announce_loss.cache_clear()
+    kernel_cache._announce.cache_clear()
     assert again.load(KEY) is None
     again.save(KEY, "code")
     lost = kind != "pipe"  # whose place the file takes

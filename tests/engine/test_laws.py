@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import naive
+from advancing import at_rest, integrator, recorded
 from beltrepro import (
     ChainParameters,
     ChainState,
@@ -28,8 +29,6 @@ from beltrepro import (
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.periodic_orbits import coordinates, flow, shifted
 from beltrepro.engine.verlet_integrators import LiteralVerlet
-from beltrepro.simulation.groups import integrator_of
-from beltrepro.simulation.setup import Setup
 
 DISORDER = {
     "static_friction": (60.0, 71.4, 80.0),
@@ -89,31 +88,25 @@ def literal(chain, duration, time_step):
     return np.array(x)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
-def test_a_literal_loop_with_a_tiny_step_finds_the_same_motion(name):
+@pytest.mark.parametrize(
+    ("duration", "time_step", "error"),
+    [(14.0, 2e-4, 0.02), pytest.param(30.0, 1e-5, 0.01, marks=pytest.mark.slow)],
+)
+def test_a_literal_loop_finds_the_same_motion(name, duration, time_step, error):
     chain = ChainParameters(3, 10.0, **LAWS[name])
-    there = literal(chain, 30.0, 1e-5)
-    exact = simulate(chain, duration=30.0, method="event").final_state.positions
-    assert np.abs(exact - there).max() < 0.01
-
-
-def test_a_literal_loop_finds_the_same_motion_before_errors_grow(chain):
-    there = literal(chain, 14.0, 2e-4)
-    exact = simulate(chain, duration=14.0, method="event")
+    there = literal(chain, duration, time_step)
+    exact = simulate(chain, duration=duration, method="event")
     assert len(exact.events) >= 4
-    assert np.abs(exact.final_state.positions - there).max() < 0.02
+    assert np.abs(exact.final_state.positions - there).max() < error
 
 
 def test_the_scheme_comes_to_the_exact_motion_at_first_order(chain):
     exact = simulate(chain, duration=14.0, method="event").final_state.positions
-    errors = [
-        np.abs(
-            simulate(chain, duration=14.0, method="verlet", time_step=step).final_state.positions
-            - exact
-        ).max()
-        for step in (8e-4, 1e-4)
+    runs = [
+        simulate(chain, duration=14.0, method="verlet", time_step=step) for step in (8e-4, 1e-4)
     ]
+    errors = [np.abs(run.final_state.positions - exact).max() for run in runs]
     assert errors[1] < 0.3 * errors[0] and errors[1] < 0.01
 
 
@@ -135,16 +128,9 @@ def test_the_literal_kernel_has_the_paper_s_motion():
     chain = ChainParameters(5, 10.0)
     settings = {"duration": 60.0, "transient": 20.0, "method": "verlet"}
     usual = simulate(chain, **settings)
-    (case,) = Setup(chain, method="verlet").cases
-    literal = LiteralVerlet(
-        [case.state],
-        time_step=0.001,
-        sampling=integrator_of([case])._sampling,
-        sampled_blocks=5,
-    )
-    for _ in literal.advance(60.0):
-        pass
-    np.testing.assert_allclose(literal.positions()[0], usual.final_state.positions, atol=1e-8)
+    literal = integrator(LiteralVerlet, at_rest([chain]))
+    (record,) = recorded(literal, 60.0)
+    np.testing.assert_allclose(record.positions, usual.final_state.positions, atol=1e-8)
 
 
 @pytest.mark.parametrize("method", ["event", "verlet"])
@@ -154,14 +140,13 @@ def test_units_do_not_matter(method):
     time = math.sqrt(m / k)
     usual = ChainParameters(4, 10.0)
     other = ChainParameters(4, 10.0 * a / time, static_friction=71.4 * k * a, mass=m, stiffness=k)
-    one = simulate(usual, duration=40.0, method=method, transient=30.0)
-    two = simulate(
-        other, duration=40.0 * time, method=method, time_step=0.001 * time, transient=30.0 * time
+    one, two = (
+        simulate(chain, duration=40.0 * unit, time_step=0.001 * unit, method=method)
+        for chain, unit in ((usual, 1.0), (other, time))
     )
     atol = 1e-9 if method == "event" else 1e-7
-    np.testing.assert_allclose(
-        two.final_state.positions, one.final_state.positions, rtol=0, atol=atol
-    )
+    ends = two.final_state.positions, one.final_state.positions
+    np.testing.assert_allclose(*ends, rtol=0, atol=atol)
     assert len(two.events) == len(one.events)
 
 
@@ -178,9 +163,8 @@ def test_a_block_that_slides_oscillates_as_its_mass_and_spring_say():
 
 
 def test_a_viscous_block_comes_to_rest_exponentially():
-    chain = ChainParameters(
-        1, 50.0, mass=2.0, stiffness=1e-9, viscosity=0.5, friction_ratio=0.0, linear_limit=math.inf
-    )
+    law = {"mass": 2.0, "stiffness": 1e-9, "viscosity": 0.5, "friction_ratio": 0.0}
+    chain = ChainParameters(1, 50.0, linear_limit=math.inf, **law)
     start = ChainState.in_motion(chain, [1e3], [20.0])
     end = simulate(chain, duration=3.0, initial_state=start).final_state
     # it comes to the velocity of the belt, with the rate eta / m
@@ -244,9 +228,8 @@ def test_orbits_are_found_and_followed_in_a_constant_of_another_law():
     chain = ChainParameters(2, 10.0, weakening_velocity=200.0, viscosity=0.05, mass=(1.0, 1.1))
     orbit = periodic_orbit(chain, duration=3000.0, transient=2000.0)
     again = simulate(chain, duration=orbit.period_time, initial_state=orbit.state)
-    np.testing.assert_allclose(
-        again.final_state.positions, orbit.state.positions, rtol=0, atol=1e-8
-    )
+    ends = again.final_state.positions, orbit.state.positions
+    np.testing.assert_allclose(*ends, rtol=0, atol=1e-8)
     branch = orbit_branch(orbit, quantity="viscosity", lower=0.04, upper=0.06)
     values = [one.parameters.viscosity for one in branch.orbits]
     assert min(values) < 0.05 < max(values) and len(values) > 5
@@ -257,15 +240,8 @@ def test_orbits_are_found_and_followed_in_a_constant_of_another_law():
 @pytest.mark.parametrize("method", ["event", "verlet"])
 def test_noise_moves_each_block_by_its_own_friction_and_mass(method):
     """Free blocks that slip: their velocity diffuses with the power (f sigma / m)^2 dt."""
-    chain = ChainParameters(
-        2,
-        1000.0,
-        0.5,
-        friction_ratio=(0.2, 0.4),
-        mass=(0.5, 2.0),
-        stiffness=1e-6,
-        rest_length=1e4,
-    )
+    blocks = {"friction_ratio": (0.2, 0.4), "mass": (0.5, 2.0)}
+    chain = ChainParameters(2, 1000.0, 0.5, stiffness=1e-6, rest_length=1e4, **blocks)
     start = ChainState.in_motion(chain, [1e4, 2e4], [0.0, 0.0])
     runs = simulate(chain, replicate=range(400), duration=2.0, method=method, initial_state=start)
     ends = np.array([run.final_state.velocities for run in runs])
@@ -304,14 +280,6 @@ def test_equal_numbers_are_one_number_and_give_the_same_bits():
     assert ChainParameters(2, 10.0, mass=[1, 2]).mass == (1.0, 2.0)
 
 
-def test_each_constant_of_another_law_keys_the_noise():
-    values = {"mass": 2.0, "stiffness": 2.0, "viscosity": 0.1, "static_friction": (71.4, 71.5)}
-    chains = [ChainParameters(2, 10.0, 1.0, **{name: value}) for name, value in values.items()]
-    chains += [ChainParameters(2, 10.0, 1.0), ChainParameters(2, 10.0, 1.0, mass=(2.0, 1.0))]
-    streams = {ChainState.at_rest(chain).stream.tobytes() for chain in chains}
-    assert len(streams) == len(chains)
-
-
 def test_a_run_of_disorder_is_saved_and_read(tmp_path, chain):
     run = simulate(chain, duration=30.0, sample_interval=1.0, transient=20.0)
     run.save(tmp_path / "run.h5")
@@ -342,22 +310,17 @@ def test_the_energy_of_avalanches_is_that_of_the_springs_that_differ():
     [
         ({"mass": (1.0, 2.0)}, "mass = .* has 2 numbers: one number or 3 are needed"),
         ({"mass": (1.0, -2.0, 1.0)}, r"mass\[1\] = -2: must be greater than 0"),
-        ({"mass": 0.0}, "mass = 0: must be greater than 0"),
         ({"mass": "heavy"}, "mass = 'heavy': a number is needed"),
-        ({"mass": [[1.0, 2.0, 3.0]]}, "mass = .* has 1 numbers"),
         ({"mass": {1.0, 2.0, 3.0}}, "mass = .*: a number is needed"),
         ({"stiffness": (1.0, 1.0, math.nan)}, r"stiffness\[2\] = nan: a finite number"),
         ({"stiffness": math.inf}, "stiffness = inf: a finite number"),
         ({"rest_length": (50.0, 0.0, 50.0)}, r"rest_length\[1\] = 0"),
         ({"friction_ratio": (0.4, 1.0, 0.4)}, r"friction_ratio\[1\] = 1: .* below 1"),
-        ({"static_friction": (1.0,) * 4}, "static_friction = .* has 4 numbers"),
         ({"weakening_velocity": 0.0}, "weakening_velocity = 0: must be greater than 0"),
         ({"weakening_velocity": -math.inf}, "weakening_velocity = -inf: a finite number"),
         ({"weakening_velocity": (1.0, 2.0, 3.0)}, "weakening_velocity = .*: a number is needed"),
         ({"viscosity": -1.0}, "viscosity = -1: must be at least 0"),
         ({"viscosity": math.inf}, "viscosity = inf: a finite number"),
-        ({"viscosity": (0.1,) * 3}, "viscosity = .*: a number is needed"),
-        ({"linear_limit": (20.0,) * 3}, "linear_limit = .*: a number is needed"),
         ({"noise": (1.0,) * 3}, "noise = .*: a number is needed"),
         ({"weakening": 3.0}, "no argument 'weakening'; did you mean 'weakening_velocity'"),
     ],

@@ -2,34 +2,26 @@
 
 import numpy as np
 import pytest
-from test_engine import assert_equal_bits, recorded, small_buffers
 
-from beltrepro import ChainParameters, ChainState
+from advancing import at_rest, integrator, recorded
+from beltrepro import ChainParameters
 from beltrepro.engine import verlet_integrators
-from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet, verlet_integrator
 
 
-def integrator(kind, chains, *, spread=0.3, time_step=0.001, stride=100, section=0.9):
-    rest = chains[0].rest_positions
-    n_blocks = len(rest)
+def leaping_or_not(kind, chains, *, spread=0.3, section=0.9, **settings):
+    rest, n_blocks = chains[0].rest_positions, chains[0].n_blocks
     deviates = np.random.default_rng(3).standard_normal((len(chains), n_blocks))
-    starts = rest + spread * deviates
     # balanced by kinetic friction the chain is longer than at rest
     level = section * rest[-1] + 0.64 * 71.4 * 0.45 * n_blocks * (n_blocks + 1) / 2
-    return kind(
-        [ChainState.at_rest(chain, start) for chain, start in zip(chains, starts, strict=True)],
-        time_step=time_step,
-        sampling=Sampling(stride, time_step),
-        sampled_blocks=n_blocks,
-        section=Section(n_blocks, np.full(len(chains), level)),
-    )
+    states = at_rest(chains, rest + spread * deviates)
+    return integrator(kind, states, section=(n_blocks, level), **settings)
 
 
 def assert_same(chains, duration, atol, **settings):
     """Both ways give the same events at the same steps, and all else within `atol`."""
-    steps = recorded(integrator(SteppingVerlet, chains, **settings), duration)
-    leaps = recorded(integrator(LeapingVerlet, chains, **settings), duration)
+    steps = recorded(leaping_or_not(SteppingVerlet, chains, **settings), duration)
+    leaps = recorded(leaping_or_not(LeapingVerlet, chains, **settings), duration)
     for one, other in zip(leaps, steps, strict=True):
         np.testing.assert_array_equal(one[0][:, :3], other[0][:, :3])
         # losses grow to some thousands; the force follows a position where springs are stiff
@@ -81,7 +73,7 @@ def test_what_leaps_neglect_is_of_fourth_order(monkeypatch):
     for time_step in (0.016, 0.008, 0.004):
         stride = round(0.08 / time_step)
         states = [
-            recorded(integrator(kind, chains, time_step=time_step, stride=stride), 8.0)
+            recorded(leaping_or_not(kind, chains, time_step=time_step, stride=stride), 8.0)
             for kind in (SteppingVerlet, LeapingVerlet)
         ]
         errors.append([np.abs(a[2][:, 0] - b[2][:, 0]).max() for a, b in zip(*states, strict=True)])
@@ -90,26 +82,9 @@ def test_what_leaps_neglect_is_of_fourth_order(monkeypatch):
     assert np.median(errors[-1]) < 1e-7
 
 
-@pytest.mark.parametrize("widths", [(5, 8, 3), (16,), (1, 15)])
-def test_neighbours_and_buffers_change_no_bit(widths):
-    chains = [ChainParameters(5, 3.0 + 2.5 * i) for i in range(16)]
-    expected = recorded(integrator(LeapingVerlet, chains), 300)
-    first, results = 0, []
-    for width in widths:
-        part = slice(first, first + width)
-        group = integrator(LeapingVerlet, chains[part])
-        places = group._chains.displacement
-        places[:, :width] = integrator(LeapingVerlet, chains)._chains.displacement[:, part]
-        places[:, width:] = places[:, [width - 1]]
-        small_buffers(group, 50, 10)
-        results += recorded(group, 300)
-        first += width
-    assert_equal_bits((one[:3] for one in results), (one[:3] for one in expected))
-
-
 def test_noise_and_long_steps_go_step_by_step():
     def kind(*chains, **settings):
-        return type(integrator(verlet_integrator, list(chains), **settings))
+        return type(leaping_or_not(verlet_integrator, list(chains), **settings))
 
     quiet, noisy = ChainParameters(3, 5.0), ChainParameters(3, 5.0, 1.0)
     stiff = ChainParameters(3, 5.0, compression_rate=2.0)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import naive
+from advancing import at_rest, integrator, small_buffers
 from beltrepro import ChainParameters, ChainState, scan, simulate, time_to_continuous_slip
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine import event_integrator
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.law import slip_direction
 from beltrepro.engine.vector import exp2, kernel
 from beltrepro.model.accuracy import START_NOISE
@@ -121,9 +121,8 @@ def test_steps_are_counted_over_full_buffers(monkeypatch):
     # a chain of many events with room for few: the count of its steps goes on
     monkeypatch.setattr(event_integrator, "_PASSES_AT_ONCE", 50)
     monkeypatch.setattr(event_integrator, "_PASSES_PER_TIME", 0)
-    start, sampling = ChainState.at_rest(ChainParameters(5, 20.0)), Sampling(100, 0.001)
-    chain = EventIntegrator([start], time_step=0.001, sampling=sampling, sampled_blocks=1)
-    chain._events = chain._events._replace(rows=chain._events.rows[:, :4].copy())
+    chain = integrator(EventIntegrator, at_rest([ChainParameters(5, 20.0)]))
+    small_buffers(chain, 4, 1)
     with pytest.raises(ModelStateError, match="more than"):
         list(chain.advance(200.0))
     assert chain._chains.passes.max() == 51

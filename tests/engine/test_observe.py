@@ -1,6 +1,7 @@
 """Observers on chunks made by hand: edges, ties, several chunks, reversals."""
 
 import dataclasses
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,9 +12,16 @@ from beltrepro import ChainParameters
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import potential_energy
-from beltrepro.observe.crossings import CrossingLog, SectionValues
-from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.slips import EventLog, SlipActivity, slips_and_avalanches
+from beltrepro.observe.crossings import CrossingLog, ReturnLog, SectionValues
+from beltrepro.observe.forward_slip import ForwardSlip
+from beltrepro.observe.length import LengthHistory, LengthMoments
+from beltrepro.observe.slips import (
+    EventLog,
+    MostStuck,
+    SlipActivity,
+    SlipOrder,
+    slips_and_avalanches,
+)
 
 # --- length ---------------------------------------------------------------------------------------
 
@@ -23,53 +31,26 @@ def test_moments_are_those_of_the_samples_from_the_start_on():
     rng = np.random.default_rng(0)
     time = 0.5 * np.arange(20)
     displacement = rng.normal(3.0, 2.0, (20, 2, 3)) + np.array([0.0, 50.0, -7.0])
-    moments = LengthMoments(3, start=2.5)
+    moments, history = LengthMoments(3, start=2.5), LengthHistory(3, 2.5, 10.0)
     for part in (slice(0, 4), slice(4, 7), slice(7, 8), slice(8, 20)):
-        moments.observe(SimpleNamespace(time=time[part], displacement=displacement[part]))
+        for observer in (moments, history):
+            observer.observe(SimpleNamespace(time=time[part], displacement=displacement[part]))
     length = 250.0 + displacement[time >= 2.5, -1]
     measured, mean = moments.result(250.0), length.mean(axis=0)
     np.testing.assert_allclose(measured["mean_length"], mean, rtol=1e-14)
     np.testing.assert_allclose(measured["disorder_parameter"], length.std(axis=0) / mean)
     np.testing.assert_array_equal(measured["minimum_length"], length.min(axis=0))
     np.testing.assert_array_equal(measured["maximum_length"], length.max(axis=0))
-
-
-# --- sections -------------------------------------------------------------------------------------
-
-
-def crossings(rows):
-    """Chunk of two chains of one block: lists of (time, displacement, relative velocity)."""
-    table = np.full((2, 5, 3), np.nan)
-    for lane, one in enumerate(rows):
-        table[lane, : len(one)] = np.reshape(one, (-1, 3))
-    count = np.array([len(one) for one in rows])
-    return SimpleNamespace(end=10.0, crossings=table, crossing_count=count)
-
-
-FIRST = crossings([[(1.0, 0.0, -1.0), (2.0, 0.0, -2.0), (3.0, 0.0, -3.0)], []])
-SECOND = crossings([[(4.0, 0.0, -4.0)], [(5.0, 1.0, -5.0), (2.5, 1.0, -6.0)]])
-
-
-def test_section_values_are_the_first_velocities_and_all_are_counted():
-    section = SectionValues(np.array([10.0, 20.0]), n_values=2, start=2.0)
-    section.observe(SimpleNamespace(**{**vars(FIRST), "end": 2.0}))  # over when counting starts
-    for chunk in (FIRST, SECOND):
-        section.observe(chunk)
-    assert section.count.tolist() == [3, 2]
-    np.testing.assert_array_equal(section.values, [[8.0, 7.0], [15.0, 14.0]])
-    few = SectionValues(np.array([10.0, 20.0]), n_values=4, start=2.5)
-    for chunk in (FIRST, SECOND):
-        few.observe(chunk)
-    np.testing.assert_array_equal(few.values, [[7, 6, np.nan, np.nan], [15, 14, np.nan, np.nan]])
-
-
-def test_the_crossing_log_sorts_by_chain_and_time():
-    log = CrossingLog(start=2.0)
-    assert log.rows(1).shape == (0, 4)
-    for chunk in (SECOND, FIRST):
-        log.observe(chunk)
-    first, second = [[0, 2, 0, -2], [0, 3, 0, -3], [0, 4, 0, -4]], [[1, 2.5, 1, -6], [1, 5, 1, -5]]
-    assert log.rows(1).tolist() == first + second
+    edges = history.edges
+    assert (edges[0], edges[-1]) == (2.5, 10.0) and history.count.tolist()[:2] == [2, 3]
+    np.testing.assert_allclose(np.diff(edges)[1:-1] / np.diff(edges)[:-2], 1.15)
+    for bin_number, (low, high) in enumerate(pairwise(edges)):
+        binned = displacement[(low <= time) & (time < high), -1]
+        assert history.count[bin_number] == len(binned) > 0
+        np.testing.assert_allclose(history.mean[bin_number], binned.mean(axis=0))
+        np.testing.assert_allclose(history.squares[bin_number], (binned**2).mean(axis=0))
+        np.testing.assert_array_equal(history.low[bin_number], binned.min(axis=0))
+        np.testing.assert_array_equal(history.high[bin_number], binned.max(axis=0))
 
 
 # --- slips ----------------------------------------------------------------------------------------
@@ -89,17 +70,6 @@ def activity(*chunks, start=10.0, laminar_time=4.0):
     for chunk in chunks:
         activity_of_run.observe(chunk)
     return activity_of_run
-
-
-def test_slips_and_sticks_are_counted_from_the_start_on():
-    slip_activity = activity(
-        chunk_of(12.0, [(8, 0, 1), (9, 1, 1), (10, 0, 0), (11, 0, 1)], [(9.5, 0, 1)]),
-        chunk_of(20.0, [(12, 1, 0), (13, 0, 0), (14, 1, 1)], [(13, 0, 0)]),
-    )
-    assert slip_activity.slip_count.tolist() == [[1, 1], [0, 0]]
-    assert slip_activity.stick_count.tolist() == [[2, 1], [1, 0]]
-    np.testing.assert_array_equal(slip_activity.last_stick_time, [12, np.nan])
-    np.testing.assert_array_equal(slip_activity.slipping_since, [14, np.nan])
 
 
 @pytest.mark.parametrize(
@@ -131,17 +101,6 @@ def test_asking_for_laminar_phases_does_not_end_the_slip_that_goes_on():
     assert slip_activity.laminar()["laminar_longest"] == [14] and slip_activity.laminar()[
         "laminar_count"
     ] == [1]
-
-
-def test_the_event_log_turns_displacements_into_positions():
-    log = EventLog(2, np.array([50.0, 100.0]))
-    chunk = chunk_of(1.0, [(0.5, 1, 1), (0.6, 0, 1)], [(0.7, 1, 1)])
-    chunk.events[..., 4] = 3.0
-    log.observe(chunk)
-    chunk.events[:] = -1  # the buffer is used again
-    assert log.events(0)[:, 4].tolist() == [103, 53] and log.events(1)[:, 4].tolist() == [103]
-    assert log.counts.tolist() == [2, 1]
-    assert np.concatenate(list(log.give_up(1)))[:, 0].tolist() == [0.7] and log.counts[1] == 0
 
 
 # --- avalanches -----------------------------------------------------------------------------------
@@ -224,3 +183,100 @@ def test_from_a_state_on_only_what_begins_later_counts(cut):
         assert len(expected) == len(one) > 3
         for name in one.dtype.names:
             np.testing.assert_allclose(one[name], expected[name], atol=1e-9, err_msg=name)
+
+
+def test_a_block_that_reverses_does_not_count_as_stuck():
+    stuck_blocks = MostStuck(np.array([1, 1, 0]))
+    reversal = [(1.0, 0, 0), (1.0, 0, 1)]
+    for events in (reversal, [], [(2.0, 1, 1), (3.0, 2, 0)]):
+        stuck_blocks.observe(chunk_of(0.0, events, [*events, (4.0, 1, 0)], events))
+    assert stuck_blocks.most.tolist() == [1, 4, 0]
+
+
+# --- any observer, however a run is cut -----------------------------------------------------------
+
+
+def cut_run(events, crossings, ends):
+    """Chunks of two chains, of which the first has half of the events, that end at these instants.
+
+    Their buffers are used again.
+    """
+    start = 0.0
+    for end in ends:
+        rows, crossed = (
+            table[(start < table[:, 0]) & (table[:, 0] <= end)] for table in (events, crossings)
+        )
+        tables = np.stack([rows, rows]), np.stack([np.full_like(crossed, np.nan), crossed])
+        yield SimpleNamespace(
+            end=end,
+            events=tables[0],
+            event_count=np.array([np.count_nonzero(rows[:, 0] < HALF), len(rows)]),
+            crossings=tables[1],
+            crossing_count=np.array([0, len(crossed)]),
+        )
+        for table in tables:
+            table[...] = -1.0
+        start = end
+
+
+HALF = 70.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
+    events, initial = random_events(seed, count=200)
+    random = np.random.default_rng(seed)
+    events[:, 3] = random.choice([-1.0, 1.0], len(events))  # forces: forward slips, and backward
+    events[:, 4] -= CHAIN.rest_positions[events[:, 1].astype(int)]
+    time, block, slips = events[:, 0], events[:, 1].astype(int), events[:, 2] > 0
+    whole, late = time[-1] + 1.0, time >= 60.0
+    crossings = random.uniform(0, whole, (30, 7))
+    crossings = crossings[np.argsort(crossings[:, 0])]
+    # blocks count in proportion to their friction: 1/2, 1 and 3/2 of the mean
+    differ = dataclasses.replace(CHAIN, friction_ratio=(0.2, 0.4, 0.6))
+    states = [stuck(initial), ChainState.at_rest(differ, initial)]
+
+    # plain twins
+    place, way = [None] * 3, 0.0
+    for t, b, slipping, force, x, _ in events:
+        if slipping and force > 0:
+            place[int(b)] = x - 2.0 * t
+        elif not slipping and place[int(b)] is not None:
+            way += (1 + b) / 2 * (x - 2.0 * t - place[int(b)])
+            place[int(b)] = None
+    before = [np.count_nonzero(slips & (time < t)) for t in crossings[:, 0]]
+    turns = time[block == 2]  # slip, stick, slip, ...
+    going_on = turns[-1] if len(turns) % 2 else np.nan
+    crossed = crossings[crossings[:, 0] >= 60.0]
+    velocities = np.append(crossed[:, -1] + 20.0, [np.nan] * 30)
+
+    for ends in ([whole], [0.3 * whole, 0.35 * whole, whole], np.linspace(1.0, whole, 50)):
+        order, log, returns = SlipOrder(2), EventLog(2, CHAIN.rest_positions), ReturnLog(2)
+        forward, activity = ForwardSlip(states), SlipActivity(2, 3, 60.0, 1.0)
+        sections = [SectionValues(np.array([10.0, 20.0]), room, 60.0) for room in (4, 30)]
+        crossing_log = CrossingLog(start=60.0)
+        assert crossing_log.rows(3).shape == (0, 8)
+        for chunk in cut_run(events, crossings, ends):
+            observers = order, log, returns, forward, activity, crossing_log, *sections
+            for observer in observers:
+                observer.observe(chunk)
+        np.testing.assert_array_equal(order.slips(1), [time[slips], block[slips]])
+        assert order.slips(0)[0].tolist() == time[slips & (time < HALF)].tolist()
+        np.testing.assert_array_equal(returns.returns(1)[1], crossings[:, 1:])
+        np.testing.assert_array_equal(returns.returns(1)[2], before)
+        np.testing.assert_array_equal(returns.last_event, [time[time < HALF][-1], time[-1]])
+        assert forward._way[1] == pytest.approx(way, abs=1e-9)
+        for counted, kind in ((activity.slip_count, slips), (activity.stick_count, ~slips)):
+            np.testing.assert_array_equal(counted[1], np.bincount(block[kind & late], minlength=3))
+        assert activity.last_stick_time[1] == turns[1::2][-1]
+        np.testing.assert_array_equal(activity.slipping_since[1], going_on)
+        np.testing.assert_array_equal(crossing_log.rows(3)[:, 0], 1.0)
+        np.testing.assert_array_equal(crossing_log.rows(3)[:, 1:], crossed)
+        for section, room in zip(sections, (4, 30), strict=True):
+            assert section.count.tolist() == [0, len(crossed)] and len(crossed) > 4
+            np.testing.assert_array_equal(section.values[1], velocities[:room].astype("f4"))
+        assert log.counts.tolist() == [np.count_nonzero(time < HALF), 200]
+        assert log.nbytes == log.counts.sum() * events[0].nbytes
+        np.testing.assert_array_equal(log.events(1)[:, 4], events[:, 4] + 50.0 * (block + 1))
+        pieces = list(log.give_up(1))
+        assert np.concatenate(pieces)[:, 0].tolist() == time.tolist() and log.counts[1] == 0

@@ -35,49 +35,25 @@ def test_the_key_depends_on_every_parameter_of_the_chain(name):
     assert words(replace(CHAIN, **{name: near})) != words(CHAIN)
 
 
-def test_the_key_depends_on_seed_replicate_and_purpose_each_in_its_place():
-    keys = [words(CHAIN, *numbers) for numbers in [(1, 0, 0), (2, 0, 0), (1, 2, 0), (1, 0, 2)]]
-    keys += [words(CHAIN, 0, 1), words(CHAIN, 2, 1), words(CHAIN, 1, 2, 1)]
-    assert len(set(keys)) == len(keys)
-
-
-def test_the_key_is_the_documented_list_of_numbers():
+def test_streams_have_the_documented_key():
     """Results are reproduced from parameters, seed and replicate: the key must never change."""
-    reals = [getattr(CHAIN, name) for name in OF_THE_PAPER[1:]]
-    bits = [struct.unpack("<Q", struct.pack("<d", value))[0] for value in reals]
-    expected = np.random.SeedSequence([7, 5, 3, 0, *bits]).generate_state(4)
-    assert words(CHAIN, 7, 3) == tuple(expected)
-
-
-def test_one_physics_has_one_key():
-    same = ChainParameters(5, 12, noise=-0.0)
-    assert words(same) == words(replace(CHAIN, noise=0.0))
-
-
-def test_each_chain_has_the_stream_of_its_own_key():
-    """The words of NumPy's SeedSequence, whose numbers have one half or two, for chains at once."""
     random = np.random.default_rng(3)
-    ends = [0, 1, 2**32 - 1, 2**32, 2**40, 2**63 - 1]
+    ends = [0, 1, 2**32 - 1, 2**32, 2**40, 2**63 - 1]  # of one word, or of two
     chains = [
-        ChainParameters(
-            int(random.integers(1, 65)),
-            float(random.choice([1.0, 2.0**-20, random.uniform(1, 50)])),
-            float(random.choice([0.0, -0.0, 1.0, random.uniform(0, 3)])),
-            friction_ratio=float(random.choice([0.0, 0.5, 0.45])),
-        )
-        for _ in range(300)
+        ChainParameters(3 + number % 2, random.uniform(1, 50), noise, friction_ratio=ratio)
+        for number, (noise, ratio) in enumerate([(0.0, 0.45), (-0.0, 0.0), (1.0, 0.5)] * 12)
     ]
-    seeds, replicates = ([int(one) for one in random.choice(ends, 300)] for _ in range(2))
-    keys = list(zip(seeds, [chain.n_blocks for chain in chains], replicates, strict=True))
+    seeds, replicates = ([int(one) for one in random.choice(ends, 36)] for _ in range(2))
     for purpose in (0, 1, 2**33):
         states = stream_states(chains, seeds, replicates, purpose)
-        for lane, key in enumerate(keys):
-            reals = [getattr(chains[lane], name) + 0.0 for name in OF_THE_PAPER[1:]]
+        for chain, seed, replicate, state in zip(chains, seeds, replicates, states.T, strict=True):
+            reals = [getattr(chain, name) + 0.0 for name in OF_THE_PAPER[1:]]
             bits = [struct.unpack("<Q", struct.pack("<d", value))[0] for value in reals]
-            expected = np.random.SeedSequence([*key, purpose, *bits]).generate_state(4, np.uint64)
-            np.testing.assert_array_equal(states[:, lane], expected)
-    one = stream_key(chains[7], seeds[7], replicates[7], 2**33)
-    np.testing.assert_array_equal(one.generate_state(4, np.uint64), states[:, 7])
+            key = [seed, chain.n_blocks, replicate, purpose, *bits]
+            expected = np.random.SeedSequence(key).generate_state(4, np.uint64)
+            np.testing.assert_array_equal(state, expected)
+            one = stream_key(chain, seed, replicate, purpose)
+            np.testing.assert_array_equal(one.generate_state(4, np.uint64), expected)
 
 
 def test_normal_deviates_are_those_of_the_plain_twin():

@@ -5,19 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, simulate
-from beltrepro.engine.integrator import Sampling
+from advancing import at_rest, integrator
+from beltrepro import ChainParameters, simulate
 from beltrepro.engine.tangent import TangentIntegrator
 
 
-def integrator(parameters, starts, n_vectors=1):
-    """Chains from given positions, all stuck."""
-    return integrator_of([ChainState.at_rest(parameters, start) for start in starts], n_vectors)
-
-
-def integrator_of(states, n_vectors=1, *, interval=0.1, **settings):
-    usual = {"time_step": 0.001, "sampling": Sampling(1, interval), "sampled_blocks": 1}
-    return TangentIntegrator(states, n_vectors=n_vectors, **usual, **settings)
+def of_states(states, n_vectors=1, **settings):
+    return integrator(TangentIntegrator, states, n_vectors=n_vectors, **settings)
 
 
 def advance(chains, until):
@@ -66,7 +60,8 @@ def test_deviations_are_the_differences_of_twins(n_blocks, belt_velocity, until,
     chain, random, apart = ChainParameters(n_blocks, belt_velocity), np.random.default_rng(2), 1e-5
     start = chain.rest_positions + random.standard_normal(n_blocks)
     way = random.standard_normal(n_blocks)
-    chains = integrator(chain, [start, start + apart * way, start - apart * way])
+    starts = [start, start + apart * way, start - apart * way]
+    chains = of_states(at_rest([chain] * 3, starts))
     carries_twins(chains, way, apart, until, least, most_stuck=None)
 
 
@@ -94,7 +89,7 @@ def test_deviations_under_noise_are_the_differences_of_twins(
         dataclasses.replace(state, displacements=state.displacements + side * apart * way)
         for side in (0, 1, -1)
     ]
-    chains = integrator_of(twins, tolerance=1e-12, noise_share=0.0)
+    chains = of_states(twins, tolerance=1e-12, noise_share=0.0)
     carries_twins(chains, way, apart, 500.0 + span, least, rests)
 
 
@@ -102,7 +97,7 @@ def test_the_flow_is_carried_into_the_flow():
     """The deviation along the motion itself: velocity and acceleration, through every event."""
     chain = ChainParameters(5, 20.0)
     start = chain.rest_positions + np.random.default_rng(5).standard_normal(5)
-    chains = integrator(chain, [start])
+    chains = of_states(at_rest([chain], [start]))
     flow = np.zeros((1, 10, 1))
     flow[0, :5, 0] = chain.belt_velocity
     chains.set_deviations(flow)
@@ -115,7 +110,7 @@ def test_the_flow_is_carried_into_the_flow():
 def test_volume_shrinks_in_a_reversal_by_the_accelerations():
     """det M = (|F| - k) / (|F| + k) for each reversal without sticking, F the external force."""
     chain = ChainParameters(1, 2.0, friction_ratio=0.1)
-    chains = integrator(chain, [chain.rest_positions + 120.0], n_vectors=2)
+    chains = of_states(at_rest([chain], [chain.rest_positions + 120.0]), n_vectors=2)
     advance(chains, 0.01)
     chains.set_deviations(np.eye(2)[None])
     parts = [chunk.events[0, : chunk.event_count[0], :4].copy() for chunk in chains.advance(8.0)]

@@ -18,8 +18,6 @@ from beltrepro.engine.simd import (
     fma,
     load,
     mask_bits,
-    maximum,
-    minimum,
     select,
     spread,
     square_root,
@@ -27,7 +25,7 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import LEVELS, at, bounds, deformation, drive, force_order, polynomial
-from beltrepro.engine.vector import exp2, inlined, zeros
+from beltrepro.engine.vector import exp2, inlined, maximum, minimum, zeros
 
 _CANDIDATES_PER_BLOCK = 5
 _MAX_ITERATIONS = 200  # of the search for a root
@@ -73,14 +71,11 @@ def taylor_step(order, log_tolerance, varied, series):
             pushed = (highest + 1.0) * (highest + 2.0) / varied.inverse_mass[block]
             last = maximum(last, pushed * abs(load(series.position, (at(order, block + 1),))))
             pushed = highest * (highest + 1.0) / varied.inverse_mass[block]
-            before = maximum(
-                before, pushed * abs(load(series.position, (at(order - 1, block + 1),)))
-            )
-    exponent = minimum(
-        (log_tolerance - _binary_logarithm(last)) * (1.0 / highest),
-        (log_tolerance - _binary_logarithm(before)) * (1.0 / (highest - 1)),
-    )
-    return exp2(exponent, 1.0)
+            last_but_one = load(series.position, (at(order - 1, block + 1),))
+            before = maximum(before, pushed * abs(last_but_one))
+    exponent = (log_tolerance - _binary_logarithm(last)) * (1.0 / highest)
+    exponent_before = (log_tolerance - _binary_logarithm(before)) * (1.0 / (highest - 1))
+    return exp2(minimum(exponent, exponent_before), 1.0)
 
 
 @inlined
@@ -107,16 +102,10 @@ def _block_bounds(block, heading, tail, step, varied, series):
     column = block + 1
     slipping = heading != 0.0
     bend = drive(2, block, slipping, varied, series)
-    c0 = select(
-        slipping,
-        heading * load(series.position, (at(1, column),)),
-        load(series.force, (at(0, block),)),
-    )
-    c1 = select(
-        slipping,
-        heading * 2.0 * load(series.position, (at(2, column),)),
-        load(series.force, (at(1, block),)),
-    )
+    c0 = heading * load(series.position, (at(1, column),))
+    c0 = select(slipping, c0, load(series.force, (at(0, block),)))
+    c1 = heading * 2.0 * load(series.position, (at(2, column),))
+    c1 = select(slipping, c1, load(series.force, (at(1, block),)))
     c2 = select(slipping, heading * 3.0 * load(series.position, (at(3, column),)), bend)
     rest_rate = fma(abs(bend) * (1.0 / 3.0), step * step, 0.25 * tail)
     least, greatest = bounds(c0, c1, c2, select(slipping, rest_rate * step, tail), step)
@@ -153,20 +142,15 @@ def _spring_bounds(spring, tail, step, series):
 def _reserve(lanes, source, used, column, candidates):
     """Find a column with free places for the candidates of some lanes, and note their source.
 
-    used : bits of the lanes taken in the last column, which is number `column` (-1: none yet).
-
-    Returns used and column after that.
+    used : bits of the lanes taken in the last column (-1: none yet); returns both after that.
     """
     bits = mask_bits(lanes)
     if column < 0 or used & bits != 0:
         column += 1
         used = 0
         store(candidates.sources, (column * LANES,), -1)
-    store(
-        candidates.sources,
-        (column * LANES,),
-        select(lanes, source, load(candidates.sources, (column * LANES,))),
-    )
+    sources = select(lanes, source, load(candidates.sources, (column * LANES,)))
+    store(candidates.sources, (column * LANES,), sources)
     return used | bits, column
 
 
@@ -174,11 +158,8 @@ def _reserve(lanes, source, used, column, candidates):
 def _put(k, column, lanes, coefficient, candidates):
     """Coefficient k of the candidates of some lanes."""
     place = (at(k, column),)
-    store(
-        candidates.polynomials,
-        place,
-        select(lanes, coefficient, load(candidates.polynomials, place)),
-    )
+    others = load(candidates.polynomials, place)
+    store(candidates.polynomials, place, select(lanes, coefficient, others))
 
 
 @inlined
@@ -225,31 +206,20 @@ def _put_branch_end(order, column, lanes, spring, sign, offset, divided, series,
 
 
 @inlined
-def find_candidates(order, passed, lane, step, moving, law, varied, chains, series, candidates):
+def find_candidates(order, passed, lane, step, moving, varied, group, scratch):
     """Collect the event functions that bounds do not clear; returns how many columns of them.
 
     passed : whether a series may begin up to a step after an event instead of at it, a constant; a
     function then may stand on either side of its zero and is cleared if it goes away from it.
     lane : first of the eight chains; step (float64x8); moving : chains to look at.
-    chains : direction, threshold and branch_changed (N, W) are read; the last is not zero where a
-    spring stands at the end of its branch because it has just changed it.
+    varied : that of the group, by itself: numba looks for None among the arguments only.
     """
-    n_blocks = chains.direction.shape[0]
+    series, candidates = scratch.series, scratch.candidates
+    n_blocks = group.chains.direction.shape[0]
     column, used = -1, 0
     for block in range(n_blocks):
         used, column = _block_candidates(
-            order,
-            passed,
-            lane,
-            block,
-            step,
-            moving,
-            used,
-            column,
-            varied,
-            chains,
-            series,
-            candidates,
+            order, passed, lane, block, step, moving, used, column, group, scratch
         )
     tail_before = spread(0.0)
     lowest = spread(0.0 if varied is None else 1e300)
@@ -260,43 +230,24 @@ def find_candidates(order, passed, lane, step, moving, law, varied, chains, seri
         room = limits[0] if varied is None else limits[0] + varied.rest_length[spring]
         lowest = minimum(lowest, room)
         used, column = _spring_candidates(
-            order,
-            passed,
-            lane,
-            spring,
-            limits,
-            moving,
-            used,
-            column,
-            law,
-            chains,
-            series,
-            candidates,
+            order, passed, lane, spring, limits, moving, used, column, group, scratch
         )
-    near = moving & ~(lowest > (-law.rest_length if varied is None else 0.0))
+    near = moving & ~(lowest > (-group.law.rest_length if varied is None else 0.0))
     if mask_bits(near) != 0:
-        column = _add_contacts(order, near, used, column, law, varied, series, candidates)
+        # the lengths of all springs of these lanes
+        for spring in range(n_blocks):
+            used, column = _reserve(near, 2 * n_blocks + spring, used, column, candidates)
+            length = rest_length(group.law, varied, spring)
+            none = near & ~near
+            _put_branch_end(order, column, near, spring, 1.0, length, none, series, candidates)
     return column + 1
 
 
 @inlined
-def _add_contacts(order, near, used, column, law, varied, series, candidates):
-    """Candidates for the lengths of all springs of some lanes; returns the last column."""
-    n_blocks = series.rate.shape[0] // LANES
-    for spring in range(n_blocks):
-        source = 2 * n_blocks + spring
-        used, column = _reserve(near, source, used, column, candidates)
-        length = rest_length(law, varied, spring)
-        none = near & ~near
-        _put_branch_end(order, column, near, spring, 1.0, length, none, series, candidates)
-    return column
-
-
-@inlined
-def _block_candidates(
-    order, passed, lane, block, step, moving, used, column, varied, chains, series, candidates
-):
+def _block_candidates(order, passed, lane, block, step, moving, used, column, group, scratch):
     """Candidates for the end or the start of a slip; returns used and column as `_reserve`."""
+    varied, chains = group.varied, group.chains
+    series, candidates = scratch.series, scratch.candidates
     heading = load(chains.direction, (block, lane))
     slipping = heading != 0.0
     tail = _force_tail(order, block, slipping, step, varied, series)
@@ -330,12 +281,11 @@ def _block_candidates(
 
 
 @inlined
-def _spring_candidates(
-    order, passed, lane, spring, limits, moving, used, column, law, chains, series, candidates
-):
+def _spring_candidates(order, passed, lane, spring, limits, moving, used, column, group, scratch):
     """Candidates for a change of branch; limits : from `_spring_bounds`; returns as `_reserve`."""
+    chains, series, candidates = group.chains, scratch.series, scratch.candidates
     least, greatest, least_rate = limits
-    limit = law.linear_limit
+    limit = group.law.linear_limit
     rate = load(series.rate, (spring * LANES,))
     linear = rate == 0.0
     changed = load(chains.branch_changed, (spring, lane)) != 0.0
@@ -389,29 +339,27 @@ def first_events(order, resolution, n_columns, step, candidates):
 
 
 @inlined
-def may_pass(block, level, belt, step, series, candidates):
-    """Lanes where a block may be at a level (float64x8, from the rest position) within the step.
+def may_pass(lane, moving, step, group, scratch, crossings):
+    """Bits of the moving chains whose block may be at the section within the step.
 
-    candidates : as `find_candidates` has left them.
+    After `find_candidates`, which has left bounds of the positions.
     """
-    column = block + 1
-    c0 = load(series.position, (at(0, column),))
-    c1 = load(series.position, (at(1, column),)) + belt
-    c2 = load(series.position, (at(2, column),))
-    least, greatest = bounds(c0, c1, c2, load(candidates.tails, (block * LANES,)) * step, step)
-    return ~((least >= level) | (greatest < level))
+    position, column = scratch.series.position, crossings.block + 1
+    level = load(crossings.level, (lane,))
+    c0 = load(position, (at(0, column),))
+    c1 = load(position, (at(1, column),)) + load(group.belt_velocity, (lane,))
+    c2 = load(position, (at(2, column),))
+    tail = load(scratch.candidates.tails, (crossings.block * LANES,))
+    least, greatest = bounds(c0, c1, c2, tail * step, step)
+    return mask_bits(moving & ~((least >= level) | (greatest < level)))
 
 
 @inlined
 def _curvature_bounds(order, polynomials, column, length):
     """M, to which a positive term of q'' adds nothing, and a bound of |q''|."""
     square = length * length
-    curvature, curvature_odd, greatest, greatest_odd = (
-        spread(0.0),
-        spread(0.0),
-        spread(0.0),
-        spread(0.0),
-    )
+    curvature, curvature_odd = spread(0.0), spread(0.0)
+    greatest, greatest_odd = spread(0.0), spread(0.0)
     for k in range(order - 1, 1, -2):
         weight = k * (k - 1.0)
         coefficient = load(polynomials, (at(k, column),))
@@ -432,7 +380,7 @@ def first_roots(order, resolution, polynomials, column, length, wanted):
     length : float64x8; wanted : lanes to look at; resolution : share of the length by which a root
     may be missed.
 
-    Returns place (float64x8), hit, undecided (mask8): a root at `place`; or none up to `place`,
+    Returns place (float64x8), hit, undecided (masks): a root at `place`; or none up to `place`,
     but not all of the interval could be searched.
 
     With q'' >= -M on the interval, q(t+s) >= q(t) + q'(t) s - M s^2/2, so the root of that parabola
@@ -452,9 +400,8 @@ def first_roots(order, resolution, polynomials, column, length, wanted):
         discriminant = square_root(fma(slope, slope, 2.0 * curvature * maximum(value, 0.0)))
         downward = slope < 0.0
         # two forms of the same root, each without cancellation on its side
-        step = select(downward, 2.0 * value, slope + discriminant) / select(
-            downward, discriminant - slope, curvature
-        )
+        numerator = select(downward, 2.0 * value, slope + discriminant)
+        step = numerator / select(downward, discriminant - slope, curvature)
         reached = value <= 0.0
         following = select(reached, position, position + step)
         # the root lies within about M step^2 / |slope| beyond the next place

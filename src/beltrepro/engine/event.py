@@ -12,27 +12,23 @@ the others, and moves every chain to its first event or to the end of its step:
 A function that is zero at the start because its own event has just happened is divided by t. What
 is exact and what is approximate, see docs/event.md.
 
-Another computation can follow the chains, for instance a deviation from their motion: `Hooks` are
-functions that the kernel calls on the way, and `companion` is whatever they keep, a named tuple of
-arrays with the chains along the last axis. `EventIntegrator._hooks` and `_companion` hand them to
-the kernel; without hooks it is the same as if there were no place for them.
+Another computation can follow the chains: `Hooks` are functions that the kernel calls on the way,
+and `companion` is whatever they keep, a named tuple of arrays with the chains along the last axis.
 
     series_made(order, lane, active, sliding, group, scratch, companion)
     moved(order, lane, active, sliding, step, group, scratch, companion)
     event_applied(kind, block, lane, i, group, scratch, companion)
 
-`order` is that of the series, a constant; `lane` is the first of the eight chains; `active` and
-`sliding` are masks, the chains that move in this pass and those of which a block slips. (The others
-wait on the belt: all blocks move with it, and their series serve only until the first spring
-changes its branch.) `step` is the time that they have moved. `kind` is SLIP, STICK, REVERSAL or
-BRANCH, of the chain `lane + i` and the block, or the spring, `block`.
+`order` is that of the series; `lane` is the first of the eight chains; `active` are those that move
+in this pass, `sliding` those of which a block slips. (The others wait on the belt: their series
+serve only until the first spring changes its branch.) `step` is the time that they have moved.
+`kind` is SLIP, STICK, REVERSAL or BRANCH, of the chain `lane + i` and the block, or the spring.
 
-`scratch.series` holds the series about the start of the step in all three, also after the move and
-the event, and `scratch.end.step[i]` its length: so the state, the forces and their rates at the
-event are at hand. After the move `group.chains` holds the new positions and velocities with the old
-directions, branches and thresholds; after the event, all that it has changed. The force of the
-noise on a block is a + b t, `group.chains.noise_force`: a at the start of the step when the series
-are made, at its end after the move.
+`scratch.series` is about the start of the step in all three, and `scratch.step[i]` its length.
+After the move `group.chains` holds the new positions and velocities with the old directions,
+branches and thresholds; after the event, all that it has changed. The force of the noise is
+a + b t, `group.chains.noise_force`: a at the start of the step when series are made, at its end
+after.
 """
 
 import functools
@@ -65,7 +61,15 @@ from beltrepro.engine.law import (
     stiffness,
 )
 from beltrepro.engine.noise import normal_pair, normal_pairs_where
-from beltrepro.engine.records import CONTACT, DONE, STORM, full_buffer, record_event
+from beltrepro.engine.records import (
+    CONTACT,
+    CROSSINGS_AT_ONCE,
+    DONE,
+    STORM,
+    full_buffer,
+    record_event,
+    write_samples,
+)
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -74,12 +78,10 @@ from beltrepro.engine.simd import (
     load,
     lowest_lane,
     mask_bits,
-    minimum,
     select,
     spread,
     square_root,
     store,
-    store_where,
     to_float,
 )
 from beltrepro.engine.taylor import (
@@ -95,13 +97,9 @@ from beltrepro.engine.taylor import (
     mean_change,
     new_series,
     start_springs,
+    value_and_slope,
 )
-from beltrepro.engine.vector import (
-    inlined,
-    kernel,
-    separate_arrays,
-    zeros,
-)
+from beltrepro.engine.vector import inlined, kernel, minimum, separate_arrays, zeros
 from beltrepro.model.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 
 # Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
@@ -113,15 +111,6 @@ _NODES, _WEIGHTS = tuple((_NODES + 1) / 2), tuple(_WEIGHTS / 2)
 
 _EVENTS_AT_ONCE = 2  # of a chain at one instant: the end of a slip and the start of the next
 SLIP, STICK, REVERSAL, BRANCH, NOTHING = range(5)  # kinds of events, as the hooks are told
-
-
-class Conditions(NamedTuple):
-    """What W chains are driven by; arrays (W,)."""
-
-    belt_velocity: np.ndarray
-    noise: np.ndarray  # sigma
-    noise_power: np.ndarray  # q = f_s^2 sigma^2 dt, of the block with the greatest f_s
-    log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
 
 
 class Chains(NamedTuple):
@@ -143,19 +132,15 @@ class Chains(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Chains of one law with all that moves them."""
+    """W chains of one law with all that moves them; arrays (W,)."""
 
     law: Law
     varied: Varied | None
-    conditions: Conditions
+    belt_velocity: np.ndarray
+    noise: np.ndarray  # sigma
+    noise_power: np.ndarray  # q = f_s^2 sigma^2 dt, of the block with the greatest f_s
+    log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
     chains: Chains
-
-
-class StepEnd(NamedTuple):
-    """What ends the steps of eight chains."""
-
-    step: np.ndarray  # (8,) time to the event, or to the end of the step
-    source: np.ndarray  # (8,) as `Candidates.sources`
 
 
 class Scratch(NamedTuple):
@@ -163,13 +148,14 @@ class Scratch(NamedTuple):
 
     series: Series
     candidates: Candidates
-    end: StepEnd
+    step: np.ndarray  # (8,) time to the first event, or to the end of the step
+    source: np.ndarray  # (8,) of that event, as `Candidates.sources`
 
 
 def new_scratch(n_blocks: int, varied: bool = False) -> Scratch:
     """Room for eight chains of N blocks."""
-    end = StepEnd(zeros(LANES), zeros(LANES, dtype=np.int64))
-    return Scratch(new_series(n_blocks, varied), new_candidates(n_blocks), end)
+    end = zeros(LANES), zeros(LANES, dtype=np.int64)
+    return Scratch(new_series(n_blocks, varied), new_candidates(n_blocks), *end)
 
 
 class Span(NamedTuple):
@@ -192,7 +178,12 @@ def make_series(order, noisy, lane, active, group, series):
     Returns the chains of which a block slips.
     """
     chains = group.chains
-    sliding = _start_positions(lane, chains, series)
+    sliding = load(chains.cell, (lane,)) < 0.0  # none: a rest is not negative
+    for block in range(chains.direction.shape[0]):
+        place = (block, lane)
+        sliding = sliding | (load(chains.direction, place) != 0.0)
+        store(series.position, (at(0, block + 1),), load(chains.displacement, place))
+        store(series.position, (at(1, block + 1),), load(chains.velocity, place))
     start_springs(group.law, group.varied, chains.branch, lane, series)
     if noisy:
         drawing = active & sliding & (load(chains.cell, (lane,)) <= 0.0)
@@ -200,18 +191,6 @@ def make_series(order, noisy, lane, active, group, series):
             _draw_cells(lane, drawing, group, series)
     _start_accelerations(lane, group.law, group.varied, chains, series)
     extend_series(order, group.varied, chains.direction, lane, series)
-    return sliding
-
-
-@inlined
-def _start_positions(lane, chains, series):
-    """X_0 and X_1; returns the chains of which a block slips."""
-    sliding = load(chains.cell, (lane,)) < 0.0  # none: a rest is not negative
-    for block in range(chains.direction.shape[0]):
-        place = (block, lane)
-        sliding = sliding | (load(chains.direction, place) != 0.0)
-        store(series.position, (at(0, block + 1),), load(chains.displacement, place))
-        store(series.position, (at(1, block + 1),), load(chains.velocity, place))
     return sliding
 
 
@@ -239,7 +218,7 @@ def _start_accelerations(lane, law, varied, chains, series):
 def _draw_cells(lane, drawing, group, series):
     """New noise cells for the chains of a mask: force a + b t until `cell` runs out."""
     chains = group.chains
-    power = load(group.conditions.noise_power, (lane,))
+    power = load(group.noise_power, (lane,))
     length = _cell_length(lane, drawing, power, group, series)
     rate = 1.0 / length
     strength = square_root(power * rate)
@@ -293,60 +272,39 @@ def _cell_length(lane, drawing, power, group, series):
 
 
 @inlined
-def choose_step(order, noisy, lane, moving, remaining, group, series):
-    """How far the series of moving chains may serve: within the tolerance, the cell, the span."""
-    accuracy = load(group.conditions.log_tolerance, (lane,))
-    step = minimum(taylor_step(order, accuracy, group.varied, series), remaining)
+def find_first_event(order, noisy, resolution, lane, moving, remaining, group, scratch):
+    """Write the first event of each moving chain, or the end of its step, to the scratch.
+
+    A step ends within the tolerance, the cell of the noise and the span.
+    """
+    accuracy = load(group.log_tolerance, (lane,))
+    step = minimum(taylor_step(order, accuracy, group.varied, scratch.series), remaining)
     if noisy:
         step = minimum(step, load(group.chains.cell, (lane,)))
-    return select(moving, step, 0.0)
-
-
-@inlined
-def find_first_event(order, resolution, lane, moving, step, group, scratch):
-    """Write the first event of each moving chain, or the end of its step, to `scratch.end`."""
-    n_columns = find_candidates(
-        order,
-        False,
-        lane,
-        step,
-        moving,
-        group.law,
-        group.varied,
-        group.chains,
-        scratch.series,
-        scratch.candidates,
-    )
+    step = select(moving, step, 0.0)
+    n_columns = find_candidates(order, False, lane, step, moving, group.varied, group, scratch)
     step, source = first_events(order, resolution, n_columns, step, scratch.candidates)
-    store(scratch.end.step, (0,), step)
-    store(scratch.end.source, (0,), source)
+    store(scratch.step, (0,), step)
+    store(scratch.source, (0,), source)
 
 
 @inlined
-def wait_on_belt(lane, resting, end, group, scratch):
-    """The same for chains at rest on the belt, by closed forms: only the first spring stretches."""
-    while resting:
-        i = lowest_lane(resting)
-        resting &= resting - 1
-        _wait_on_belt(lane, i, end, group, scratch)
-
-
-@inlined
-def _wait_on_belt(lane, i, end, group, scratch):
-    law, chains, series = group.law, group.chains, scratch.series
+def wait_on_belt(lane, i, end, group, scratch):
+    """The same for a chain at rest on the belt, in closed form: only the first spring stretches."""
+    chains, series = group.chains, scratch.series
     chain = lane + i
     pull = series.force[at(0, 0) + i] + series.wall_pull[i] + chains.threshold[0, chain]
     pull = pull / stiffness(group.varied, 0)
-    here = chains.displacement[0, chain]
-    wait = max((extension(pull, law) - here) / group.conditions.belt_velocity[chain], 0.0)
+    way = extension(pull, group.law) - chains.displacement[0, chain]
+    wait = max(way / group.belt_velocity[chain], 0.0)
     first = 0
     # only a start beyond the threshold can put a block here, at time 0
     for block in range(chains.direction.shape[0] - 1, -1, -1):
         if abs(series.force[at(0, block) + i]) > chains.threshold[block, chain]:
             first, wait = block, 0.0
     rest = end - chains.time[chain]
-    scratch.end.source[i] = first if wait <= rest else -1
-    scratch.end.step[i] = min(wait, rest)
+    scratch.source[i] = first if wait <= rest else -1
+    scratch.step[i] = min(wait, rest)
 
 
 @inlined
@@ -355,29 +313,18 @@ def record_crossings(order, lane, moving, step, start, group, scratch, crossings
 
     When all blocks are stuck the last one only moves up.
     """
-    level = load(crossings.level, (lane,))
-    belt = load(group.conditions.belt_velocity, (lane,))
-    passing = may_pass(crossings.block, level, belt, step, scratch.series, scratch.candidates)
-    crossing = mask_bits(moving & passing)
+    crossing = may_pass(lane, moving, step, group, scratch, crossings)
     while crossing:
         i = lowest_lane(crossing)
         crossing &= crossing - 1
-        _record_crossings(
-            order,
-            lane,
-            i,
-            scratch.end.step[i],
-            start + group.chains.time[lane + i],
-            group.conditions.belt_velocity[lane + i],
-            scratch.series,
-            crossings,
-        )
+        _cross(order, lane, i, start + group.chains.time[lane + i], group, scratch, crossings)
 
 
 @inlined
-def _record_crossings(order, lane, i, step, start, belt_velocity, series, crossings):
+def _cross(order, lane, i, start, group, scratch, crossings):
     """Downward crossings of the section within the step of one chain."""
-    chain = lane + i
+    chain, series, step = lane + i, scratch.series, scratch.step[i]
+    belt_velocity = group.belt_velocity[chain]
     resolution = 1e-14 * max(step, 1.0)
     above = series.position[at(0, crossings.block + 1) + i] >= crossings.level[chain]
     passed = 0.0
@@ -393,13 +340,21 @@ def _record_crossings(order, lane, i, step, start, belt_velocity, series, crossi
         while changed & 1 == 0:
             changed >>= 1
             low += eighth
+        high = low + eighth
         place = _locate_crossing(
-            order, chain, i, low, eighth, above, resolution, belt_velocity, series, crossings
+            order, chain, i, low, high, above, resolution, belt_velocity, series, crossings
         )
         if above:
-            if crossings.count[chain] == crossings.rows.shape[1]:
+            slot = crossings.count[chain]
+            if slot == crossings.rows.shape[1]:
                 return
-            _record_crossing(order, chain, i, place, start, belt_velocity, series, crossings)
+            n_blocks = group.chains.direction.shape[0]
+            crossings.rows[chain, slot, 0] = start + place
+            for block in range(n_blocks):
+                value, slope = value_and_slope(order, series.position, block + 1, i, place)
+                crossings.rows[chain, slot, 1 + block] = value + belt_velocity * place
+                crossings.rows[chain, slot, 1 + n_blocks + block] = slope
+            crossings.count[chain] = slot + 1
         above = not above
         passed = place + resolution
 
@@ -417,13 +372,12 @@ def _sides(order, chain, i, passed, eighth, belt_velocity, series, crossings):
 
 @inlined
 def _locate_crossing(
-    order, chain, i, low, length, above, resolution, belt_velocity, series, crossings
+    order, chain, i, low, high, above, resolution, belt_velocity, series, crossings
 ):
     """Instant of a crossing: Newton's method in its bracket, by halves where it leaves it."""
-    high = low + length
     place = 0.5 * (low + high)
     for _ in range(60):
-        value, slope = _value_and_slope(order, place, crossings.block + 1, i, series)
+        value, slope = value_and_slope(order, series.position, crossings.block + 1, i, place)
         value += belt_velocity * place - crossings.level[chain]
         if (value >= 0.0) != above:
             high = place
@@ -440,30 +394,6 @@ def _locate_crossing(
 
 
 @inlined
-def _record_crossing(order, chain, i, place, start, belt_velocity, series, crossings):
-    """Record a crossing `place` after the start of the step."""
-    n_blocks = (crossings.rows.shape[2] - 1) // 2
-    slot = crossings.count[chain]
-    crossings.rows[chain, slot, 0] = start + place
-    for block in range(n_blocks):
-        value, slope = _value_and_slope(order, place, block + 1, i, series)
-        crossings.rows[chain, slot, 1 + block] = value + belt_velocity * place
-        crossings.rows[chain, slot, 1 + n_blocks + block] = slope
-    crossings.count[chain] = slot + 1
-
-
-@inlined
-def _value_and_slope(order, time, column, i, series):
-    """Position and relative velocity of one chain in a column of the series."""
-    value = series.position[at(order, column) + i]
-    slope = 0.0
-    for k in range(order - 1, -1, -1):
-        slope = fma(slope, time, value)
-        value = fma(value, time, series.position[at(k, column) + i])
-    return value, slope
-
-
-@inlined
 def record_samples(order, noisy, lane, active, later, end, group, series, samples):
     """Samples of active chains until the instants `later`."""
     row = load(samples.following, (lane,))
@@ -472,15 +402,15 @@ def record_samples(order, noisy, lane, active, later, end, group, series, sample
     while sampled:
         i = lowest_lane(sampled)
         sampled &= sampled - 1
-        _record_samples(order, noisy, lane, i, extract(later, i), end, group, series, samples)
+        _sample(order, noisy, lane, i, extract(later, i), end, group, series, samples)
 
 
 @inlined
-def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
+def _sample(order, noisy, lane, i, until, end, group, series, samples):
     """Samples of one chain until `until`, eight at a time: they lie side by side."""
     chains = group.chains
     chain = lane + i
-    belt_velocity = group.conditions.belt_velocity[chain]
+    belt_velocity = group.belt_velocity[chain]
     row = samples.following[chain]
     count = LANES
     while count == LANES:
@@ -490,7 +420,6 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
         since = instants - chains.time[chain]
         for block in range(samples.first_block, chains.direction.shape[0]):
             position, relative = evaluate_one(order, series, block, i, since)
-            shown = block - samples.first_block
             heading = chains.direction[block, chain]
             kinetic = braking(group.law, group.varied, block, abs(relative))
             friction = spread(-heading) * kinetic
@@ -501,9 +430,7 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
                 slope = slips * chains.noise_force[1, block, chain]
                 friction = friction + fma(slope, since, level)
             shifted = fma(belt_velocity, since, position)
-            store_where(samples.values, (0, shown, chain, row), shifted, due)
-            store_where(samples.values, (1, shown, chain, row), relative, due)
-            store_where(samples.values, (2, shown, chain, row), friction, due)
+            write_samples(samples, chain, block, row, shifted, relative, friction, due)
         count = lowest_lane(~mask_bits(due))
         row += count
     samples.following[chain] = row
@@ -516,7 +443,7 @@ def _record_samples(order, noisy, lane, i, until, end, group, series, samples):
 def move(order, noisy, lane, moving, step, group, series):
     """Advance the blocks by the steps; those of chains at rest move with the belt."""
     chains = group.chains
-    belt = load(group.conditions.belt_velocity, (lane,))
+    belt = load(group.belt_velocity, (lane,))
     impulse = select(moving, integral(force_order(order), series.wall_pull, 0, step), 0.0)
     store(chains.wall_impulse, (lane,), load(chains.wall_impulse, (lane,)) + impulse)
     for block in range(chains.direction.shape[0]):
@@ -563,16 +490,6 @@ def _move_noise(order, lane, block, step, shift, chains, series):
     return fma(level, shift, slope * step * (shift - mean_shift))
 
 
-@inlined
-def move_clocks(noisy, lane, sliding, step, later, chains):
-    """Time, and the rest of the cells of the noise, which end with the slips."""
-    store(chains.time, (lane,), later)
-    if noisy:
-        rest = load(chains.cell, (lane,))
-        rest = select(step >= rest, 0.0, rest - step)
-        store(chains.cell, (lane,), select(sliding, rest, 0.0))
-
-
 # --- what the events change ---
 
 
@@ -582,44 +499,39 @@ def apply_event(order, noisy, rests, lane, i, start, group, scratch, events):
 
     Returns the kind of the event and the block, or the spring for BRANCH.
     """
-    source = scratch.end.source[i]
-    n_blocks = group.chains.direction.shape[0]
+    source = scratch.source[i]
+    chains, chain = group.chains, lane + i
+    n_blocks = chains.direction.shape[0]
     if rests:
-        _end_rest(lane, i, group, scratch)
+        _end_rest(chain, scratch.step[i], group)
         if source < 0:
             return NOTHING, 0
-        _start_from_rest(lane, i, source, start, group, scratch, events)
+        external = -chains.threshold[0, chain]
+        if scratch.step[i] == 0.0:
+            external = scratch.series.force[at(0, source) + i]
+        chains.direction[source, chain] = slip_direction(external, -1.0)
+        _record(chain, source, 1.0, external, start, chains, events)
         return SLIP, source
     if source >= n_blocks:
-        _change_branch(lane + i, source - n_blocks, group.chains)
-        return BRANCH, source - n_blocks
+        spring = source - n_blocks
+        way = 1.0 if stretch(spring, chain, chains.displacement) > 0.0 else -1.0
+        chains.branch[spring, chain] = way if chains.branch[spring, chain] == 0.0 else 0.0
+        chains.branch_changed[spring, chain] = 1.0
+        return BRANCH, spring
     return _turn(order, noisy, lane, i, source, start, group, scratch, events), source
 
 
 @inlined
-def _end_rest(lane, i, group, scratch):
+def _end_rest(chain, waited, group):
     """The first spring after a rest on the belt: what it has pulled and where it is."""
     law, chains = group.law, group.chains
-    chain = lane + i
-    belt_velocity = group.conditions.belt_velocity[chain]
+    belt_velocity = group.belt_velocity[chain]
     here = chains.displacement[0, chain]
-    before = here - belt_velocity * scratch.end.step[i]
+    before = here - belt_velocity * waited
     gained = spring_energy(0, here, law, group.varied)
     gained -= spring_energy(0, before, law, group.varied)
     chains.wall_impulse[chain] += gained / belt_velocity
     chains.branch[0, chain] = branch_at(here, law)
-
-
-@inlined
-def _start_from_rest(lane, i, block, start, group, scratch, events):
-    """The first slip after a rest on the belt."""
-    chains = group.chains
-    chain = lane + i
-    external = -chains.threshold[0, chain]
-    if scratch.end.step[i] == 0.0:
-        external = scratch.series.force[at(0, block) + i]
-    chains.direction[block, chain] = slip_direction(external, -1.0)
-    _record(chain, block, 1.0, external, start, chains, events)
 
 
 @inlined
@@ -629,32 +541,24 @@ def _record(chain, block, slips, external, start, chains, events):
 
 
 @inlined
-def _change_branch(chain, spring, chains):
-    stretch = chains.displacement[spring, chain]
-    if spring > 0:
-        stretch -= chains.displacement[spring - 1, chain]
-    if chains.branch[spring, chain] == 0.0:
-        chains.branch[spring, chain] = 1.0 if stretch > 0.0 else -1.0
-    else:
-        chains.branch[spring, chain] = 0.0
-    chains.branch_changed[spring, chain] = 1.0
+def stretch(spring, chain, displacement):
+    """Deformation of a spring of one chain, from displacements (N, W)."""
+    here = displacement[spring, chain]
+    return here - displacement[spring - 1, chain] if spring > 0 else here
 
 
 @inlined
 def _turn(order, noisy, lane, i, block, start, group, scratch, events):
     """A slip that ends, or starts, or ends and starts at once; returns which."""
-    law, chains, force = group.law, group.chains, scratch.series.force
+    chains, since = group.chains, scratch.step[i]
     chain = lane + i
-    since = scratch.end.step[i]
-    external = force[at(force_order(order), block) + i]
-    for k in range(force_order(order) - 1, -1, -1):
-        external = fma(external, since, force[at(k, block) + i])
+    external, _ = value_and_slope(force_order(order), scratch.series.force, block, i, since)
     kind, way = SLIP, slip_direction(external, -1.0)
     if chains.direction[block, chain] != 0.0:
         if noisy:
             first, _ = normal_pair(chains.streams, chain)
-            noise = group.conditions.noise[chain]
-            mean = mean_threshold(law, group.varied, block)
+            noise = group.noise[chain]
+            mean = mean_threshold(group.law, group.varied, block)
             chains.threshold[block, chain] = mean + noise * first
         way = slip_direction(external, chains.threshold[block, chain])
         kind = STICK if way == 0.0 else REVERSAL
@@ -671,26 +575,16 @@ def _turn(order, noisy, lane, i, block, start, group, scratch, events):
 
 
 @inlined
-def _no_series_hook(order, lane, active, sliding, group, scratch, companion):
-    """Nothing follows the chains."""
-
-
-@inlined
-def _no_move_hook(order, lane, active, sliding, step, group, scratch, companion):
-    """Nothing follows the chains."""
-
-
-@inlined
-def _no_event_hook(kind, block, lane, i, group, scratch, companion):
+def _no_hook(*arguments):
     """Nothing follows the chains."""
 
 
 class Hooks(NamedTuple):
     """Functions, made with `inlined`, that the kernel calls on the way; see above."""
 
-    series_made: Callable = _no_series_hook
-    moved: Callable = _no_move_hook
-    event_applied: Callable = _no_event_hook
+    series_made: Callable = _no_hook
+    moved: Callable = _no_hook
+    event_applied: Callable = _no_hook
 
 
 NO_HOOKS = Hooks()
@@ -724,10 +618,10 @@ def _advance_kernel(order, resolution, noisy, hooks):
         hooks need, () without any.
         """
         separate_arrays()
-        conditions, chains, series = group.conditions, group.chains, scratch.series
+        chains, series = group.chains, scratch.series
         for lane in range(0, chains.time.size, LANES):
-            store(series.position, (at(1, WALL),), -load(conditions.belt_velocity, (lane,)))
-            served = load(conditions.noise, (lane,)) > 0.0
+            store(series.position, (at(1, WALL),), -load(group.belt_velocity, (lane,)))
+            served = load(group.noise, (lane,)) > 0.0
             if not noisy:
                 served = ~served
             while True:
@@ -740,18 +634,21 @@ def _advance_kernel(order, resolution, noisy, hooks):
                 store(chains.passes, (lane,), passes)
                 if mask_bits(passes > fma(now, span.passes_per_time, span.passes_at_once)) != 0:
                     return STORM
-                status = full_buffer(lane, _EVENTS_AT_ONCE, records)
+                status = full_buffer(lane, _EVENTS_AT_ONCE, CROSSINGS_AT_ONCE, records)
                 if status != DONE:
                     return status
 
                 sliding = make_series(order, noisy, lane, active, group, series)
                 series_made(order, lane, active, sliding, group, scratch, companion)
                 moving = active & sliding
-                step = choose_step(order, noisy, lane, moving, remaining, group, series)
-                find_first_event(order, resolution, lane, moving, step, group, scratch)
+                find_first_event(order, noisy, resolution, lane, moving, remaining, group, scratch)
                 resting = mask_bits(active & ~sliding)
-                wait_on_belt(lane, resting, span.end, group, scratch)
-                step = load(scratch.end.step, (0,))
+                waiting = resting
+                while waiting:
+                    i = lowest_lane(waiting)
+                    waiting &= waiting - 1
+                    wait_on_belt(lane, i, span.end, group, scratch)
+                step = load(scratch.step, (0,))
                 later = select(step >= remaining, span.end, now + step)
 
                 if records.crossings.block >= 0:
@@ -762,10 +659,15 @@ def _advance_kernel(order, resolution, noisy, hooks):
                     order, noisy, lane, active, later, span.end, group, series, records.samples
                 )
                 move(order, noisy, lane, moving, step, group, series)
-                move_clocks(noisy, lane, sliding, step, later, chains)
+                store(chains.time, (lane,), later)
+                if noisy:
+                    # cells of the noise end with the slips
+                    rest = load(chains.cell, (lane,))
+                    rest = select(step >= rest, 0.0, rest - step)
+                    store(chains.cell, (lane,), select(sliding, rest, 0.0))
                 moved(order, lane, active, sliding, step, group, scratch, companion)
 
-                source = load(scratch.end.source, (0,))
+                source = load(scratch.source, (0,))
                 changing = mask_bits(source >= 0) | resting
                 if changing and mask_bits(source >= 2 * chains.direction.shape[0]) != 0:
                     return CONTACT

@@ -1,11 +1,9 @@
 """Many chains advanced by the exact dynamics (`beltrepro.engine.event`)."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from beltrepro.engine import event
-from beltrepro.engine.integrator import Chunk, SeriesIntegrator
+from beltrepro.engine.integrator import SeriesIntegrator
 from beltrepro.engine.records import STORM
 from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.accuracy import NOISE_SHARE, TOLERANCE
@@ -20,10 +18,8 @@ _STORM = f"more than {_PASSES_PER_TIME} steps a unit of time are needed"
 class EventIntegrator(SeriesIntegrator):
     """Chains integrated exactly between located events; parameters as for `Integrator`.
 
-    time_step sets the strength of the noise, which the paper draws anew at every step of its
-    scheme; the steps taken are longer. Samples may be taken at any interval.
-    tolerance : force allowed in the last terms of the series at the end of a step; with noise of
-    intensity q it is noise_share sqrt(q) where that is more, see docs/event.md.
+    time_step sets the strength of the noise. tolerance : force allowed in the last terms of the
+    series; with noise of intensity q it is noise_share sqrt(q) where that is more (docs/event.md).
     """
 
     name = "event"
@@ -45,17 +41,24 @@ class EventIntegrator(SeriesIntegrator):
         ratio = chain.by_block("friction_ratio").max()
         power = aligned((ratio * self._noise) ** 2 * self.time_step)
         tolerances = np.maximum(tolerance, noise_share * np.sqrt(power))
-        self._chains = self._empty_chains()
+        lanes = len(self._noise)
+        self._chains = self._new_chains(
+            event.Chains,
+            time=zeros(lanes),
+            passes=zeros(lanes),
+            wall_impulse=zeros(lanes),
+            cell=zeros(lanes),
+            noise_force=zeros((2, self.n_blocks, lanes)),
+            streams=self._streams,
+        )
         self._group = event.Group(
             self._law,
             self._varied,
-            event.Conditions(
-                belt_velocity=self._belt_velocity,
-                noise=self._noise,
-                noise_power=power,
-                log_tolerance=aligned(np.log2(tolerances)),
-            ),
-            self._chains,
+            belt_velocity=self._belt_velocity,
+            noise=self._noise,
+            noise_power=power,
+            log_tolerance=aligned(np.log2(tolerances)),
+            chains=self._chains,
         )
         self._scratch = event.new_scratch(self.n_blocks, chain.varied)
         # chains with noise and without have kernels of their own, which leave the others alone
@@ -63,27 +66,6 @@ class EventIntegrator(SeriesIntegrator):
         kernels = ((quiet, self._noise == 0), (noisy, self._noise > 0))
         self._kernels = [kernel for kernel, lanes in kernels if lanes.any()]
         self.reinit(states)
-
-    def _empty_chains(self):
-        n_blocks, lanes = shape = self.n_blocks, len(self._noise)
-        return event.Chains(
-            time=zeros(lanes),
-            passes=zeros(lanes),
-            displacement=zeros(shape),
-            velocity=zeros(shape),
-            direction=zeros(shape),
-            threshold=zeros(shape),
-            branch=zeros(shape),
-            branch_changed=zeros(shape),
-            dissipated=zeros(shape),
-            wall_impulse=zeros(lanes),
-            cell=zeros(lanes),
-            noise_force=zeros((2, n_blocks, lanes)),
-            streams=self._streams,
-        )
-
-    def _set_time(self, time):
-        self.time = time
 
     def _new_variables(self, lanes):
         """Branches of the springs; the noise begins with a new cell."""
@@ -96,37 +78,24 @@ class EventIntegrator(SeriesIntegrator):
             "noise_force": np.zeros((2, *deformation.shape)),
         }
 
-    def advance(self, until: float) -> Iterator[Chunk]:
-        """Advance all chains to `until`, chunk by chunk."""
-        interval = self._sampling.interval
-        until = float(until)
-        while self.time < until:
-            start = self.time
-            end = min(until, self._chunk_end(start))
-            first_row = self._rows(start) + 1
-            rows = self._rows(end) + 1 - first_row
-            self._empty_buffers()
-            self._chains.time[:] = 0.0
-            self._chains.passes[:] = 0.0
-            for kernel in self._kernels:
-                self._run(kernel, end - start, first_row * interval - start, interval, rows)
-            self.time = end
-            self._check_state()
-            yield self._chunk(start, first_row, rows)
-
-    def _run(self, kernel, length, first_sample, interval, rows):
-        """Advance the chains of a kernel by `length`."""
+    def _run(self, until):
+        end = min(until, self._chunk_end(self.time))
+        length, interval = end - self.time, self._sampling.interval
         span = event.Span(self.time, length, _PASSES_AT_ONCE, _PASSES_PER_TIME)
-        status = self._advance(
-            lambda records: kernel(span, self._group, self._scratch, records, self._companion),
-            first_sample,
-            interval,
-            rows,
-        )
-        if status == STORM:
-            excess = self._chains.passes - _PASSES_PER_TIME * self._chains.time
-            lane = int(np.argmax(excess[: self._width]))
-            self._stop(lane, _STORM, self._reached(lane))
+        first_row = self._rows(self.time) + 1
+        samples = first_row * interval - self.time, interval, self._rows(end) + 1 - first_row
+        self._chains.time[:] = 0.0
+        self._chains.passes[:] = 0.0
+        given = span, self._group, self._scratch
+        for kernel in self._kernels:
+            status = self._advance(
+                lambda records, kernel=kernel: kernel(*given, records, self._companion), *samples
+            )
+            if status == STORM:
+                excess = self._chains.passes - _PASSES_PER_TIME * self._chains.time
+                lane = int(np.argmax(excess[: self._width]))
+                self._stop(lane, _STORM, self._reached(lane))
+        return end
 
     def _reached(self, lane):
         return float(self.time + self._chains.time[lane])

@@ -147,18 +147,14 @@ class Integrator:
             rows=np.empty((lanes, max(_EVENTS, 8 * self.n_blocks), EVENT_FIELDS)),
             count=np.zeros(lanes, dtype=np.int64),
         )
-        self._crossings = self._no_crossings(section)
-
-    def _no_crossings(self, section):
-        lanes, n_blocks = len(self._source), self.n_blocks
         level = zeros(lanes)
         if section is not None:
-            rest = self.parameters[0].rest_positions[section.block - 1]
+            rest = first.rest_positions[section.block - 1]
             level[:] = section.positions[self._source] - rest
-        return Crossings(
+        self._crossings = Crossings(
             block=-1 if section is None else section.block - 1,
             level=level,
-            rows=np.empty((lanes, _CROSSINGS, 1 + 2 * n_blocks)),
+            rows=np.empty((lanes, _CROSSINGS, 1 + 2 * self.n_blocks)),
             count=np.zeros(lanes, dtype=np.int64),
         )
 
@@ -189,22 +185,16 @@ class Integrator:
         if len({state.time for state in states}) > 1:
             raise InputError("states: of different times")
         self._begun = list(states)
-        self._set_time(states[0].time)
+        self.time = self._instant(states[0].time)
         lanes = Lanes(*(_stacked([getattr(state, name) for state in states]) for name in _LANES))
         kept = [scheme_variables(state, self.name, self.time_step) for state in states]
         begins = np.array([variables is None for variables in kept])
         variables = {}
         if begins.any():
-            directions, relative = settled(
-                lanes.directions,
-                lanes.relative_velocities,
-                self.forces_on(lanes),
-                lanes.thresholds,
-            )
-            lanes = lanes._replace(
-                directions=np.where(begins, directions, lanes.directions),
-                relative_velocities=np.where(begins, relative, lanes.relative_velocities),
-            )
+            old = lanes.directions, lanes.relative_velocities
+            new = settled(*old, self.forces_on(lanes), lanes.thresholds)
+            directions, relative = (np.where(begins, *pair) for pair in zip(new, old, strict=True))
+            lanes = lanes._replace(directions=directions, relative_velocities=relative)
             variables = self._new_variables(lanes)
         if not begins.all():
             names = next(names for names in kept if names is not None)
@@ -223,14 +213,21 @@ class Integrator:
         positions = lanes.displacements + chain.rest_positions[:, None] + change
         return external_force(positions.T, chain).T
 
+    def advance(self, until: float) -> Iterator[Chunk]:
+        """Advance all chains to `until`, in steps to the nearest one, chunk by chunk."""
+        until = self._instant(until)
+        while self.time < until:
+            start, first_row = self.time, self._rows(self.time) + 1
+            self._events.count[:] = 0
+            self._crossings.count[:] = 0
+            self.time = self._run(until)
+            self._check_state()
+            yield self._chunk(start, first_row, self._rows(self.time) + 1 - first_row)
+
     # --- what an integrator provides ---
 
-    def advance(self, until: float) -> Iterator[Chunk]:
-        """Advance all chains to `until`, chunk by chunk."""
-        raise NotImplementedError
-
-    def _set_time(self, time: float) -> None:
-        """Begin at `time`."""
+    def _run(self, until: float) -> float:
+        """Advance all chains by one chunk, at most to `until`; returns how far they are."""
         raise NotImplementedError
 
     def _write(self, lanes: Lanes, variables: dict[str, np.ndarray]) -> None:
@@ -248,6 +245,14 @@ class Integrator:
     def _lanes(self) -> Lanes:
         """What all chains do now."""
         raise NotImplementedError
+
+    def _instant(self, time: float) -> float:
+        """The instant nearest to `time` at which chains can be."""
+        return float(time)
+
+    def _rows(self, time: float) -> int:
+        """Samples taken until `time`; one at that very instant counts, whatever it rounds to."""
+        return math.floor(time / self._sampling.interval + _ROUNDING)
 
     # --- what follows from it ---
 
@@ -282,18 +287,9 @@ class Integrator:
         # contiguous, so that sums over blocks round the same way for any number of chains
         return values[:, : self._width].T.copy()
 
-    def _empty_buffers(self):
-        """Forget the events and crossings of the last chunk."""
-        self._events.count[:] = 0
-        self._crossings.count[:] = 0
-
     def _chunk_end(self, time: float) -> float:
         """End of the chunk that begins at `time`, on a grid that no run changes."""
         return (math.floor(time / self._chunk_time + _ROUNDING) + 1) * self._chunk_time
-
-    def _rows(self, time: float) -> int:
-        """Samples taken until `time`; one at that very instant counts, whatever it rounds to."""
-        return math.floor(time / self._sampling.interval + _ROUNDING)
 
     def _chunk(self, start: float, first_row: int, rows: int) -> Chunk:
         """The chunk that ends now; its samples begin with sample number `first_row` of the run."""
@@ -362,13 +358,16 @@ class SeriesIntegrator(Integrator):
         self._sample_columns = zeros((*columns, rows))
         self._samples = np.moveaxis(self._sample_columns, -1, 0)
 
+    def _new_chains(self, kind, **given):
+        """What a kernel knows of the chains: arrays (N, lanes) of zeros but for those given."""
+        shape = self.n_blocks, len(self._noise)
+        return kind(**{name: zeros(shape) for name in kind._fields} | given)
+
     def _advance(self, kernel: Callable[[Records], int], first: float, interval: float, count: int):
         """Call a kernel until no buffer is full; the buffers are doubled, which changes no bit.
 
-        kernel : goes on where it has stopped, with the records as they are then.
-        first, interval, count : of the samples, see `Samples`.
-
-        Returns what it said at last: DONE or STORM. CONTACT stops the run.
+        kernel : goes on where it has stopped. first, interval, count : of the samples, see
+        `Samples`. Returns what it said at last: DONE or STORM. CONTACT stops the run.
         """
         samples = Samples(
             values=self._sample_columns,

@@ -1,15 +1,10 @@
 """Machine code of a kernel on disk, for any number of processes and kinds of processors at once.
 
-Numba numbers the files of its cache and lists them in an index. Two processes that save at the same
-time can take the same number, and then one of them runs the machine code of the other: that of
-other arguments, or of another processor. Here a file is named by what it holds: kernel, types of
-arguments, processor. So a folder that all nodes of a cluster share is safe.
-
-The first process that misses a kernel locks it and compiles. Others wait for its file, and do not
-compile the same a hundred times.
-
-A file is code that runs when it is loaded, so one that somebody else owns is not looked at. Where
-nothing can be kept, on a full disk for instance, each process compiles for itself.
+Numba numbers the files of its cache. Two processes that save at the same time can take the same
+number, and then one of them runs the machine code of the other. Here a file is named by what it
+holds: kernel, types of arguments, processor. The first process that misses a kernel locks it and
+compiles, others wait for its file. A file is code that runs when it is loaded, so one that somebody
+else owns is not looked at. Where nothing can be kept each process compiles for itself.
 """
 
 import contextlib
@@ -57,7 +52,7 @@ class KernelCacheFile:
         """What was saved under this key, or None: then the caller compiles, and saves."""
         data = self._read(key)
         if data is None:
-            _announce()
+            _announce(COMPILING)
         if data is None and self._wait_for_lock(key):
             data = self._read(key)  # another process may have saved it meanwhile
             if data is not None:
@@ -73,7 +68,7 @@ class KernelCacheFile:
             draft.write_bytes(self._seal(key, content) + content)
             draft.replace(path)
         except OSError as error:
-            _announce_loss(self._folder, error.strerror)
+            _announce(NOT_KEPT.format(self._folder, error.strerror))
         finally:
             with contextlib.suppress(OSError):
                 draft.unlink(missing_ok=True)
@@ -123,18 +118,9 @@ class KernelCacheFile:
 
 
 @functools.cache
-def _announce():
-    """Say once in a process why it takes so long: in the log of a job, otherwise on stderr.
-
-    A warning without a handler goes to stderr, and what is less than a warning goes nowhere.
-    """
-    logger.warning(COMPILING)
-
-
-@functools.cache
-def _announce_loss(folder, reason):
-    """Say once in a process that it compiles in vain."""
-    logger.warning(NOT_KEPT.format(folder, reason))
+def _announce(message):
+    """Say once in a process why it takes so long: in the log of a job, otherwise on stderr."""
+    logger.warning(message)
 
 
 def _is_trusted(status):

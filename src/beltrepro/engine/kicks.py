@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.event import SLIP, Hooks
+from beltrepro.engine.event import SLIP, Hooks, stretch
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.law import branch_at, spring_energy
 from beltrepro.engine.noise import normal_pair
@@ -41,27 +41,20 @@ def _displace(block, chain, change, group):
     chains.displacement[block, chain] += change
     chains.dissipated[block, chain] += before - _stored_beside(block, chain, group)
     for spring in range(block, min(block + 2, chains.direction.shape[0])):
-        chains.branch[spring, chain] = branch_at(_stretch(spring, chain, chains), group.law)
+        deformation = stretch(spring, chain, chains.displacement)
+        chains.branch[spring, chain] = branch_at(deformation, group.law)
         chains.branch_changed[spring, chain] = 0.0
 
 
 @inlined
 def _stored_beside(block, chain, group):
     """Energy of the springs on both sides of a block of one chain."""
-    energy = spring_energy(block, _stretch(block, chain, group.chains), group.law, group.varied)
+    displacement = group.chains.displacement
+    energy = spring_energy(block, stretch(block, chain, displacement), group.law, group.varied)
     if block < group.chains.direction.shape[0] - 1:
-        stretch = _stretch(block + 1, chain, group.chains)
-        energy += spring_energy(block + 1, stretch, group.law, group.varied)
+        following = stretch(block + 1, chain, displacement)
+        energy += spring_energy(block + 1, following, group.law, group.varied)
     return energy
-
-
-@inlined
-def _stretch(spring, chain, chains):
-    """Deformation of a spring of one chain."""
-    stretch = chains.displacement[spring, chain]
-    if spring > 0:
-        stretch -= chains.displacement[spring - 1, chain]
-    return stretch
 
 
 HOOKS = Hooks(event_applied=kick)

@@ -15,16 +15,13 @@ from numba.extending import overload
 from beltrepro.engine.simd import fma, select
 from beltrepro.engine.vector import LOG2_E, exp2, inlined
 from beltrepro.model import ChainParameters
-from beltrepro.model.friction import next_direction_rule, slip_direction_rule
+from beltrepro.model.friction import direction_rules
 
 
 class Law(NamedTuple):
-    """The constants of the friction and spring law as the kernels read them.
+    """The constants of the friction and spring law as the kernels read them."""
 
-    Those of a block are NaN where blocks differ. Beside the parameters: the rates for base-2
-    exponentials, and 1/b. Computed in a kernel, 1/b would become a vector division at every step.
-    """
-
+    # those of a block are NaN where blocks differ
     static_friction: float  # mean F_st
     friction_ratio: float  # f_s
     linear_limit: float  # dl_max
@@ -32,7 +29,7 @@ class Law(NamedTuple):
     extension_rate: float  # b_2
     compression_rate_2: float  # b / ln 2
     extension_rate_2: float
-    compression_softness: float  # 1 / b
+    compression_softness: float  # 1 / b, in a kernel a vector division at every step
     extension_softness: float
     rest_length: float  # a spring of this compression has no length: blocks meet
 
@@ -154,8 +151,7 @@ def branch_at(deformation, law):
     return -1.0 if deformation < -law.linear_limit else 0.0
 
 
-slip_direction = inlined(slip_direction_rule(select))
-next_direction = inlined(next_direction_rule(select, slip_direction))
+slip_direction, next_direction = direction_rules(select, inlined)
 
 
 @inlined

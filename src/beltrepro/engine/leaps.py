@@ -1,15 +1,12 @@
 """The paper's scheme without noise, many steps at a leap.
 
-Between two turns (stick to slip, slip to stick, reversal) and on one branch of every spring the
-scheme x(t+dt) - 2 x(t) + x(t-dt) = dt^2 a(x(t)) has smooth solutions, whose Taylor series are known
-like those of the equation of motion: y = x + dt^2/12 a(x) obeys y'' = a(x) up to dt^4/240 a''''
-(Numerov's transformation). Eight chains are advanced together, each with its own step index. One
-pass of the loop makes the series, finds for how many whole steps no turn can happen and no spring
-changes its branch, and goes there at once. Where a turn may be due the next step is taken
-literally, with the stick and slip rules (`beltrepro.model.friction.next_direction`) applied at its
-start. So is every step while a spring is too stiff; and, by a kernel of its own, every step of a
-chain whose blocks differ or whose friction depends on the velocity. What is exact and what is
-approximate, see docs/verlet.md.
+Between two turns and on one branch of every spring the scheme
+x(t+dt) - 2 x(t) + x(t-dt) = dt^2 a(x(t)) has smooth solutions, whose Taylor series are known:
+y = x + dt^2/12 a(x) obeys y'' = a(x) up to dt^4/240 a'''' (Numerov's transformation). One pass of
+the loop makes the series of eight chains, finds for how many whole steps no turn can happen and no
+spring changes its branch, and goes there at once. Where a turn may be due the next step is taken
+literally. So is every step while a spring is too stiff; and, by a kernel of its own, every step of
+a chain whose blocks differ or whose friction depends on the velocity (docs/verlet.md).
 """
 
 import math
@@ -39,7 +36,14 @@ from beltrepro.engine.law import (
     tension,
 )
 from beltrepro.engine.noise import normal_pairs_where
-from beltrepro.engine.records import CONTACT, DONE, full_buffer, record_event
+from beltrepro.engine.records import (
+    CONTACT,
+    CROSSINGS_AT_ONCE,
+    DONE,
+    full_buffer,
+    record_event,
+    write_samples,
+)
 from beltrepro.engine.simd import (
     LANES,
     extract,
@@ -48,12 +52,9 @@ from beltrepro.engine.simd import (
     load,
     lowest_lane,
     mask_bits,
-    maximum,
-    minimum,
     select,
     spread,
     store,
-    store_where,
     to_float,
 )
 from beltrepro.engine.taylor import (
@@ -67,13 +68,11 @@ from beltrepro.engine.taylor import (
     integral,
     new_series,
     polynomial,
+    push_position,
+    store_pull,
+    value_and_slope,
 )
-from beltrepro.engine.vector import (
-    inlined,
-    kernel,
-    separate_arrays,
-    zeros,
-)
+from beltrepro.engine.vector import inlined, kernel, maximum, minimum, separate_arrays, zeros
 from beltrepro.engine.verlet import scheme_velocity
 from beltrepro.model.accuracy import ORDER
 
@@ -135,13 +134,6 @@ def new_scratch(n_blocks: int) -> Scratch:
     return Scratch(new_series(n_blocks), slopes, pulls, new_candidates(n_blocks))
 
 
-class Span(NamedTuple):
-    """Which steps a call of the kernel is about."""
-
-    first_step: int  # time = index * dt
-    n_steps: int
-
-
 @inlined
 def _round_down(x):
     """Greatest whole number up to x, |x| < 2^51."""
@@ -180,18 +172,9 @@ def _start_springs(lane, law, chains, scratch):
         store(series.rate, (spring * LANES,), rate)
         store(scratch.slopes, (spring * LANES,), slope)
         store(series.growth, (at(0, spring),), select(rate != 0.0, slope * softness, 0.0))
-        _store_pull(0, spring, pull, tension_before, series)
+        store_pull(0, spring, pull, tension_before, series)
         tension_before = pull
     store(series.force, (at(0, n_blocks - 1),), -tension_before)
-
-
-@inlined
-def _store_pull(k, spring, pull, pull_before, series):
-    """Level k of the pull of a spring: of the force on the block before it, or of the wall's."""
-    if spring == 0:
-        store(series.wall_pull, (at(k, 0),), pull)
-    else:
-        store(series.force, (at(k, spring - 1),), pull - pull_before)
 
 
 @inlined
@@ -239,7 +222,7 @@ def _start_rates(lane, chains, scratch):
         newest = load(series.rate, (spring * LANES,)) * change
         store(series.stretching, (at(1, spring),), newest)
         store(series.growth, (at(1, spring),), pull)
-        _store_pull(1, spring, pull, tension_before, series)
+        store_pull(1, spring, pull, tension_before, series)
         tension_before = pull
     store(series.force, (at(1, n_blocks - 1),), -tension_before)
     for block in range(n_blocks):
@@ -298,9 +281,8 @@ def _correct(k, share, lane, direction, scratch):
             pull_rise = load(force, (at(k + 1, block),)) + (rise - rise_before)
             store(force, (at(k, block),), pull)
             store(force, (at(k + 1, block),), pull_rise)
-            weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
-            store(position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
-            store(position, (at(k + 3, spring),), select(slipping, pull_rise * weight_next, 0.0))
+            push_position(k, spring, slipping, pull, scratch.series)
+            push_position(k + 1, spring, slipping, pull_rise, scratch.series)
         tension_before, rise_before = tension, rise
 
 
@@ -331,51 +313,35 @@ def _add(array, place, value):
 
 
 @inlined
-def _turn_due(lane, law, chains, series):
-    """Lanes where the rules may change the direction of a block in the step that starts now."""
+def _literal_due(lane, group, scratch):
+    """Lanes whose next step is taken literally.
+
+    There the rules may change the direction of a block, or a spring is so stiff that leaps would
+    differ from steps.
+    """
+    chains = group.chains
     due = spread(0.0) > 1.0
     for block in range(chains.direction.shape[0]):
         heading = load(chains.direction, (block, lane))
         turned = heading * load(chains.velocity, (block, lane)) <= 0.0
-        beyond = abs(load(series.force, (at(0, block),))) > law.static_friction
+        external = load(scratch.series.force, (at(0, block),))
+        beyond = abs(external) > group.law.static_friction
         due = due | (turned & ((heading != 0.0) | beyond))
+        due = due | (load(scratch.slopes, (block * LANES,)) > group.stiffest)
     return due
 
 
 @inlined
-def _too_stiff(group, scratch):
-    """Lanes where a spring is so stiff that leaps would differ from steps."""
-    slope = load(scratch.slopes, (0,))
-    for spring in range(1, group.chains.direction.shape[0]):
-        slope = maximum(slope, load(scratch.slopes, (spring * LANES,)))
-    return slope > group.stiffest
-
-
-@inlined
 def _choose_leap(lane, leaping, remaining, group, scratch):
-    """Whole steps (float64x8) that the series serve, the chains with a turn at their end, and those
-    with a contact.
-    """
+    """Whole steps that the series serve; chains with a turn at their end, or a contact."""
     inverse_step = 1.0 / group.time_step
     n_blocks = group.chains.direction.shape[0]
     reach = taylor_step(ORDER, math.log2(_TOLERANCE), None, scratch.series) * inverse_step
     reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
     reach = select(leaping, reach, 0.0)
     longest = reach * group.time_step
-    candidates = scratch.candidates
-    n_columns = find_candidates(
-        ORDER,
-        True,
-        lane,
-        longest,
-        leaping,
-        group.law,
-        None,
-        group.chains,
-        scratch.series,
-        candidates,
-    )
-    instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, candidates)
+    n_columns = find_candidates(ORDER, True, lane, longest, leaping, None, group, scratch)
+    instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, scratch.candidates)
     turning = leaping & (source >= 0) & (source < n_blocks)
     ending = leaping & (source >= n_blocks)
     # the next whole step; without a source, the last one before the place reached
@@ -394,28 +360,20 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
 @inlined
 def _leap(lane, leaping, leap, group, scratch):
     """Write the state after a leap: the scheme's variables of the smooth solution."""
-    chains, series = group.chains, scratch.series
-    step = leap * group.time_step
+    chains, series, dt = group.chains, scratch.series, group.time_step
+    step = leap * dt
     belt = load(group.belt_velocity, (lane,))
     moved = leaping & (leap > 0.0)
-    _add_impulse(lane, leaping, step, group, series)
-    for block in range(chains.direction.shape[0]):
-        _leap_block(lane, block, moved, step, belt, group, series)
-    store(chains.steps_done, (lane,), load(chains.steps_done, (lane,)) + leap)
-
-
-@inlined
-def _add_impulse(lane, leaping, step, group, series):
-    """Impulse of the wall: a sum over steps instead of an integral, by Euler and Maclaurin."""
-    dt = group.time_step
+    # impulse of the wall: a sum over steps instead of an integral, by Euler and Maclaurin
     impulse = integral(force_order(ORDER), series.wall_pull, 0, step)
     pull, rise = polynomial(ORDER, series.wall_pull, 0, step)
     impulse = impulse - 0.5 * dt * (pull - load(series.wall_pull, (at(0, 0),)))
     rise = rise - load(series.wall_pull, (at(1, 0),))
-    impulse = fma(rise, dt * dt * (1.0 / 12.0), impulse)
-    impulse = select(leaping, impulse, 0.0)
-    sums = group.chains.wall_impulse
-    store(sums, (lane,), load(sums, (lane,)) + impulse)
+    impulse = select(leaping, fma(rise, dt * dt * (1.0 / 12.0), impulse), 0.0)
+    store(chains.wall_impulse, (lane,), load(chains.wall_impulse, (lane,)) + impulse)
+    for block in range(chains.direction.shape[0]):
+        _leap_block(lane, block, moved, step, belt, group, series)
+    store(chains.steps_done, (lane,), load(chains.steps_done, (lane,)) + leap)
 
 
 @inlined
@@ -597,11 +555,7 @@ def _record_turns(lane, block, changed, old, new, external, first_step, group, e
 @inlined
 def _record_crossings(lane, leaping, leap, first_step, group, scratch, crossings):
     """Crossings of the section within the leaps of eight chains."""
-    step = leap * group.time_step
-    level = load(crossings.level, (lane,))
-    belt = load(group.belt_velocity, (lane,))
-    passing = may_pass(crossings.block, level, belt, step, scratch.series, scratch.candidates)
-    crossing = mask_bits(leaping & passing)
+    crossing = may_pass(lane, leaping, leap * group.time_step, group, scratch, crossings)
     while crossing:
         i = lowest_lane(crossing)
         crossing &= crossing - 1
@@ -646,11 +600,8 @@ def _cross_in_leap(lane, i, leap, first_step, group, series, crossings):
 @inlined
 def _height(chain, i, steps, group, series, crossings):
     """Distance of the section's block of one chain from its level, some steps after the start."""
-    column = crossings.block + 1
     time = steps * group.time_step
-    value = series.position[at(ORDER, column) + i]
-    for k in range(ORDER - 1, -1, -1):
-        value = fma(value, time, series.position[at(k, column) + i])
+    value, _ = value_and_slope(ORDER, series.position, crossings.block + 1, i, time)
     return fma(group.belt_velocity[chain], time, value) - crossings.level[chain]
 
 
@@ -697,26 +648,21 @@ def _shifted(time, column, i, series):
 @inlined
 def _record_literal_crossings(lane, taken, first_step, group, crossings):
     """Crossings of the section in the single steps that some of the chains have just done."""
-    stepping = mask_bits(taken)
-    while stepping:
-        i = lowest_lane(stepping)
-        stepping &= stepping - 1
-        _cross_in_step(lane + i, first_step, group, crossings)
-
-
-@inlined
-def _cross_in_step(chain, first_step, group, crossings):
     chains, dt = group.chains, group.time_step
     n_blocks = chains.direction.shape[0]
-    now = first_step + chains.steps_done[chain]
-    belt_step = group.belt_velocity[chain] * dt
-    after = chains.displacement[crossings.block, chain] - crossings.level[chain]
-    move = chains.slip_step[crossings.block, chain] + belt_step
-    if after < 0.0 and after - move >= 0.0:
+    stepping = mask_bits(taken)
+    while stepping:
+        chain = lane + lowest_lane(stepping)
+        stepping &= stepping - 1
+        belt_step = group.belt_velocity[chain] * dt
+        after = chains.displacement[crossings.block, chain] - crossings.level[chain]
+        move = chains.slip_step[crossings.block, chain] + belt_step
+        if not (after < 0.0 and after - move >= 0.0):
+            continue
         slot = crossings.count[chain]
         crossings.count[chain] = slot + 1
         share = after / move
-        crossings.rows[chain, slot, 0] = (now - share) * dt
+        crossings.rows[chain, slot, 0] = (first_step + chains.steps_done[chain] - share) * dt
         for block in range(n_blocks):
             w, a = chains.slip_step[block, chain], chains.acceleration[block, chain]
             place = chains.displacement[block, chain] - share * (w + belt_step)
@@ -756,15 +702,13 @@ def _sample_leap(lane, i, leap, group, series, samples):
         due = steps <= leap
         since = steps * dt
         for block in range(samples.first_block, chains.direction.shape[0]):
-            shown = block - samples.first_block
             heading = chains.direction[block, chain]
             position, relative = evaluate_one(ORDER, series, block, i, since)
             if heading != 0.0:
                 relative = fma(_bend_one(block, i, since, series.force), -0.25 * cube, relative)
             shifted = fma(group.belt_velocity[chain], since, position)
-            store_where(samples.values, (0, shown, chain, row), shifted, due)
-            store_where(samples.values, (1, shown, chain, row), relative, due)
-            store_where(samples.values, (2, shown, chain, row), spread(heading * -kinetic), due)
+            friction = spread(heading * -kinetic)
+            write_samples(samples, chain, block, row, shifted, relative, friction, due)
         count = lowest_lane(~mask_bits(due))
         row += count
     samples.following[chain] = row
@@ -783,47 +727,41 @@ def _bend_one(block, i, times, force):
 @inlined
 def _record_literal_samples(lane, taken, group, samples):
     """Samples after the single steps that some of the chains have just done."""
+    chains, inverse_step = group.chains, 1.0 / group.time_step
     row = load(samples.following, (lane,))
     following = fma(to_float(row), samples.interval, samples.first)
-    sampled = mask_bits(taken & (following == load(group.chains.steps_done, (lane,))))
+    sampled = mask_bits(taken & (following == load(chains.steps_done, (lane,))))
     while sampled:
-        i = lowest_lane(sampled)
+        chain = lane + lowest_lane(sampled)
         sampled &= sampled - 1
-        _sample_state(lane + i, group, samples)
-
-
-@inlined
-def _sample_state(chain, group, samples):
-    chains = group.chains
-    inverse_step = 1.0 / group.time_step
-    row = samples.following[chain]
-    for block in range(samples.first_block, chains.direction.shape[0]):
-        shown = block - samples.first_block
-        samples.values[0, shown, chain, row] = chains.displacement[block, chain]
-        relative = chains.velocity[block, chain] * inverse_step
-        samples.values[1, shown, chain, row] = relative
-        kinetic = braking(group.law, group.varied, block, abs(relative))
-        samples.values[2, shown, chain, row] = chains.direction[block, chain] * -kinetic
-    samples.following[chain] = row + 1
+        row_of_chain = samples.following[chain]
+        for block in range(samples.first_block, chains.direction.shape[0]):
+            shown = block - samples.first_block
+            relative = chains.velocity[block, chain] * inverse_step
+            kinetic = braking(group.law, group.varied, block, abs(relative))
+            friction = chains.direction[block, chain] * -kinetic
+            samples.values[0, shown, chain, row_of_chain] = chains.displacement[block, chain]
+            samples.values[1, shown, chain, row_of_chain] = relative
+            samples.values[2, shown, chain, row_of_chain] = friction
+        samples.following[chain] = row_of_chain + 1
 
 
 # --- the kernel ---
 
 
 @kernel
-def leap_steps(span, group, scratch, records):
-    """Advance the chains of a group by `span.n_steps` steps of the Appendix.
+def leap_steps(first_step, n_steps, group, scratch, records):
+    """Advance the chains of a group by n_steps steps of the Appendix.
 
     Returns DONE; EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; or CONTACT
     when blocks meet.
 
-    span : Span; group : Group; scratch : Scratch; records : Records, with samples at instants
-    counted in steps.
+    first_step : index of the first (time = index * dt); records : with samples at instants counted
+    in steps.
     """
     separate_arrays()
     chains, series = group.chains, scratch.series
-    n_steps = float(span.n_steps)
-    first_step = span.first_step
+    n_blocks = chains.direction.shape[0]
     sectioned = records.crossings.block >= 0
     for lane in range(0, chains.steps_done.size, LANES):
         store(series.position, (at(1, WALL),), -load(group.belt_velocity, (lane,)))
@@ -832,19 +770,17 @@ def leap_steps(span, group, scratch, records):
             active = remaining > 0.0
             if mask_bits(active) == 0:
                 break
-            status = full_buffer(lane, 2 * chains.direction.shape[0], records)
+            status = full_buffer(lane, 2 * n_blocks, CROSSINGS_AT_ONCE, records)
             if status != DONE:
                 return status
 
             _make_series(lane, group, scratch)
-            due = _turn_due(lane, group.law, chains, series) | _too_stiff(group, scratch)
-            due = active & due
+            due = active & _literal_due(lane, group, scratch)
             leaping = active & ~due
             leap, turning, meeting = _choose_leap(lane, leaping, remaining, group, scratch)
             if sectioned:
-                _record_crossings(
-                    lane, leaping, leap, first_step, group, scratch, records.crossings
-                )
+                crossings = records.crossings
+                _record_crossings(lane, leaping, leap, first_step, group, scratch, crossings)
             _record_samples(lane, leaping, leap, group, series, records.samples)
             _leap(lane, leaping, leap, group, scratch)
             taken = (due | turning) & (load(chains.steps_done, (lane,)) < n_steps)
@@ -860,22 +796,23 @@ def leap_steps(span, group, scratch, records):
 
 
 @kernel
-def literal_steps(span, group, scratch, records):
+def literal_steps(first_step, n_steps, group, scratch, records):
     """As `leap_steps`, for chains of any law, with noise or without: every step taken literally."""
     separate_arrays()
     chains = group.chains
+    n_blocks = chains.direction.shape[0]
     for lane in range(0, chains.steps_done.size, LANES):
         while True:
-            taken = load(chains.steps_done, (lane,)) < float(span.n_steps)
+            taken = load(chains.steps_done, (lane,)) < n_steps
             if mask_bits(taken) == 0:
                 break
-            status = full_buffer(lane, 2 * chains.direction.shape[0], records)
+            status = full_buffer(lane, 2 * n_blocks, CROSSINGS_AT_ONCE, records)
             if status != DONE:
                 return status
-            _draw(lane, taken, chains.direction.shape[0], group.noise)
-            met = _literal_step(lane, taken, span.first_step, group, scratch, records.events)
+            _draw(lane, taken, n_blocks, group.noise)
+            met = _literal_step(lane, taken, first_step, group, scratch, records.events)
             if records.crossings.block >= 0:
-                _record_literal_crossings(lane, taken, span.first_step, group, records.crossings)
+                _record_literal_crossings(lane, taken, first_step, group, records.crossings)
             _record_literal_samples(lane, taken, group, records.samples)
             if mask_bits(met) != 0:
                 return CONTACT

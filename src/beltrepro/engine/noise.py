@@ -1,10 +1,9 @@
 """Random numbers for many chains at once: one independent stream of normal deviates a chain.
 
-A stream is keyed by the physics of its chain (seed, N, u, sigma, replicate) through NumPy's
-SeedSequence and advanced by xoshiro256++ (Blackman and Vigna, ACM TOMS 47, 36, 2021), so it does
-not depend on the order of the chains, on the block of work or on the lane. Normal deviates come
-from the Box-Muller transform with polynomial logarithm, sine and cosine (absolute error below
-1e-8). The functions take one lane or a vector of them.
+A stream is keyed by the physics of its chain (seed, N, u, sigma, constants, replicate) through
+NumPy's SeedSequence and advanced by xoshiro256++ (Blackman and Vigna, ACM TOMS 47, 36, 2021).
+Normal deviates come from the Box-Muller transform with polynomial logarithm, sine and cosine
+(absolute error below 1e-8). The functions take one lane or a vector of them.
 """
 
 import hashlib
@@ -38,11 +37,12 @@ def stream_key(parameters: ChainParameters, seed: int, replicate: int, purpose: 
 
 def stream_states(chains: Sequence[ChainParameters], seeds, replicates, purpose=0) -> np.ndarray:
     """Initial states (4, W) uint64 of the streams of W chains: the words of their `stream_key`."""
-    states = np.empty((STATE_WORDS, len(chains)), dtype=np.uint64)
-    # by its halves: SeedSequence works with words of 32 bits, low ones first
-    words = _keys(chains, seeds, replicates, purpose).astype("<u8").view("<u4")
-    _seed_streams(words.astype(np.int64), np.empty(_POOL, dtype=np.int64), states)
-    return states
+    # by its halves, low ones first: SeedSequence drops a high one that is zero
+    halves = _keys(chains, seeds, replicates, purpose).astype("<u8").view("<u4")
+    kept = (halves != 0) | (np.arange(halves.shape[1]) % 2 == 0)
+    sequences = (np.random.SeedSequence(row[used]) for row, used in zip(halves, kept, strict=True))
+    states = [sequence.generate_state(STATE_WORDS, np.uint64) for sequence in sequences]
+    return np.ascontiguousarray(np.transpose(states))
 
 
 def _keys(chains, seeds, replicates, purpose) -> np.ndarray:
@@ -61,58 +61,6 @@ def _law_key(chain: ChainParameters) -> tuple[float, ...]:
         return chain.law[:6]
     digest = hashlib.sha256(repr(chain.law).encode()).digest()
     return tuple(np.frombuffer(digest[:24], dtype="<u4").astype(float))
-
-
-# NumPy's SeedSequence for many keys at once. A number is one word, or two from 2^32 on; the words
-# are hashed into a pool of four, in turn, and the state is hashed from that.
-_POOL = 4
-_LOW_HALF = 0xFFFFFFFF
-_KEY_HASH, _KEY_FACTOR = 0x43B0D7E5, 0x931E8875
-_STATE_HASH, _STATE_FACTOR = 0x8B51F9DD, 0x58F38DED
-_KEPT_FACTOR, _ADDED_FACTOR = 0xCA01F9DD, 0x4973F715
-
-
-@inlined
-def _hashed(word, constant, factor):
-    """Hash of a word, and the constant for the word that follows."""
-    constant_after = (constant * factor) & _LOW_HALF
-    word = ((word ^ constant) * constant_after) & _LOW_HALF
-    return word ^ (word >> 16), constant_after
-
-
-@inlined
-def _add_to_pool(word, place, constant, pool):
-    hashed, constant = _hashed(word, constant, _KEY_FACTOR)
-    mixed = (_KEPT_FACTOR * pool[place] - _ADDED_FACTOR * hashed) & _LOW_HALF
-    pool[place] = mixed ^ (mixed >> 16)
-    return constant
-
-
-@kernel
-def _seed_streams(words, pool, states):
-    for lane in range(words.shape[0]):
-        constant = _KEY_HASH
-        count = 0
-        for index in range(words.shape[1]):
-            word = words[lane, index]
-            if index % 2 == 1 and word == 0:
-                continue
-            if count < _POOL:
-                pool[count], constant = _hashed(word, constant, _KEY_FACTOR)
-            else:
-                for place in range(_POOL):
-                    constant = _add_to_pool(word, place, constant, pool)
-            count += 1
-            if count == _POOL:
-                for source in range(_POOL):
-                    for place in range(_POOL):
-                        if place != source:
-                            constant = _add_to_pool(pool[source], place, constant, pool)
-        constant = _STATE_HASH
-        for row in range(STATE_WORDS):
-            low, constant = _hashed(pool[2 * row % _POOL], constant, _STATE_FACTOR)
-            high, constant = _hashed(pool[(2 * row + 1) % _POOL], constant, _STATE_FACTOR)
-            states[row, lane] = (high << 32) | low
 
 
 # ln(1+s)/s for 1+s between sqrt(1/2) and sqrt(2), Chebyshev interpolation, error 6e-9.
@@ -266,18 +214,12 @@ def normal_pair(states, lane):
     return _box_muller(word)
 
 
-@inlined
-def fill_normals(states, normals, n_rows):
-    """Write standard normal deviates into rows 0..n_rows-1 of `normals` (R, W), R even."""
-    for lane in range(0, normals.shape[1], LANES):
-        for row in range(0, n_rows, 2):
-            first, second = normal_pairs(states, lane)
-            store(normals, (row, lane), first)
-            store(normals, (row + 1, lane), second)
-
-
 @kernel
 def normal_deviates(states, normals):
     """Fill `normals` (R, W), R even, W a multiple of 8, from the streams `states` (4, W) uint64."""
     separate_arrays()
-    fill_normals(states, normals, normals.shape[0])
+    for lane in range(0, normals.shape[1], LANES):
+        for row in range(0, normals.shape[0], 2):
+            first, second = normal_pairs(states, lane)
+            store(normals, (row, lane), first)
+            store(normals, (row + 1, lane), second)

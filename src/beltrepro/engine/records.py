@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.simd import load, mask_bits
+from beltrepro.engine.simd import load, mask_bits, store_where
 from beltrepro.engine.vector import inlined
 
 EVENT_TIME, EVENT_BLOCK, EVENT_SLIP, EVENT_FORCE, EVENT_POSITION, EVENT_DISSIPATED = range(6)
 EVENT_FIELDS = 6
-_CROSSINGS_AT_ONCE = 8  # of one chain in one step of the kernels; more wait for the next chunk
+CROSSINGS_AT_ONCE = 8  # of one chain in one step of the series; more wait for the next chunk
 
 # What a kernel says when it returns: all is done; a buffer is full; a chain hardly advances; two
 # blocks, or a block and the wall, meet.
@@ -71,15 +71,21 @@ def record_event(chain, time, block, slips, force, position, loss, events):
 
 
 @inlined
-def full_buffer(lane, at_once, records):
-    """EVENTS_FULL or CROSSINGS_FULL if one of eight chains might find no room in a step, else DONE.
+def write_samples(samples, chain, block, row, position, relative, friction, due):
+    """Write those of eight samples of a block of a chain, from a row on, that are due."""
+    shown = block - samples.first_block
+    store_where(samples.values, (0, shown, chain, row), position, due)
+    store_where(samples.values, (1, shown, chain, row), relative, due)
+    store_where(samples.values, (2, shown, chain, row), friction, due)
 
-    at_once : events that a chain may have in a step.
-    """
+
+@inlined
+def full_buffer(lane, n_events, n_crossings, records):
+    """What is full if one of eight chains has no room for so many more, else DONE."""
     events, crossings = records.events, records.crossings
-    if mask_bits(load(events.count, (lane,)) + at_once > events.rows.shape[1]) != 0:
+    if mask_bits(load(events.count, (lane,)) + n_events > events.rows.shape[1]) != 0:
         return EVENTS_FULL
-    crossed = load(crossings.count, (lane,)) + _CROSSINGS_AT_ONCE > crossings.rows.shape[1]
+    crossed = load(crossings.count, (lane,)) + n_crossings > crossings.rows.shape[1]
     if crossings.block >= 0 and mask_bits(crossed) != 0:
         return CROSSINGS_FULL
     return DONE

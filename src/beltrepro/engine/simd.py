@@ -1,11 +1,9 @@
 """Vectors of eight or sixteen chains as values inside kernels.
 
-`float64x8`, `int64x8` and `mask8` are numba types that compile to one vector register (or to two or
-four on processors with narrower ones), those of sixteen to two: with every operation done on
-two registers in turn, the processor has work while it waits for a result. They take the usual
+`float64x8`, `int64x8` and masks of eight compile to one vector register (or to narrower ones),
+those of sixteen to two: so the processor has work while it waits for a result. They take the usual
 operators, and scalars spread over all lanes, so a kernel reads like the formula for one chain.
-Operations round lane by lane as IEEE arithmetic does: what a chain does cannot depend on its
-neighbours.
+Operations round lane by lane as IEEE arithmetic does: no chain depends on its neighbours.
 """
 
 import operator
@@ -35,7 +33,7 @@ _FLOATS, _INTEGERS, _MASKS = (
     {lanes: _VectorType(scalar, element, lanes) for lanes in (LANES, WIDE_LANES)}
     for scalar, element in (("float64", _DOUBLE), ("int64", _INT64), ("mask", _BIT))
 )
-float64x8, int64x8, mask8 = _FLOATS[LANES], _INTEGERS[LANES], _MASKS[LANES]
+float64x8, int64x8 = _FLOATS[LANES], _INTEGERS[LANES]
 
 
 def _llvm(vector):
@@ -71,10 +69,20 @@ def _spread(builder, scalar, vector):
 
 
 def _as_vector(context, builder, value, kind, vector):
+    """A value as a vector, or as the scalar that is asked for."""
     if isinstance(kind, _VectorType):
         return value
+    if not isinstance(vector, _VectorType):
+        return context.cast(builder, value, kind, vector)
     scalar = types.float64 if _is_float(vector) else types.int64
     return _spread(builder, context.cast(builder, value, kind, scalar), vector)
+
+
+def _as_vectors(context, builder, values, kinds, vector):
+    return [
+        _as_vector(context, builder, value, kind, vector)
+        for value, kind in zip(values, kinds, strict=True)
+    ]
 
 
 # --- operators ---
@@ -91,11 +99,7 @@ def _define(function, arguments, result, generate):
 
     @lower_builtin(function, *arguments)
     def lower(context, builder, sig, values):
-        spread = [
-            _as_vector(context, builder, value, kind, vector)
-            for value, kind in zip(values, sig.args, strict=True)
-        ]
-        return generate(builder, *spread)
+        return generate(builder, *_as_vectors(context, builder, values, sig.args, vector))
 
 
 def _define_binary(function, vector, scalar, result, generate):
@@ -168,56 +172,23 @@ def _floating(name, n_arguments):
         result = next(filter(_is_float, arguments), types.float64)
 
         def generate(context, builder, sig, values):
-            if _is_float(result):
-                values = [
-                    _as_vector(context, builder, value, kind, result)
-                    for value, kind in zip(values, sig.args, strict=True)
-                ]
-            else:
-                values = [
-                    context.cast(builder, value, kind, types.float64)
-                    for value, kind in zip(values, sig.args, strict=True)
-                ]
-            return _call(builder, name, values)
+            return _call(builder, name, _as_vectors(context, builder, values, sig.args, result))
 
         return signature(result, *arguments), generate
 
-    generic.__name__ = name
-    one = {
+    # numba takes variadic ones for a tuple
+    definition = {
         1: lambda typing_context, a: generic(typing_context, a),
         2: lambda typing_context, a, b: generic(typing_context, a, b),
         3: lambda typing_context, a, b, c: generic(typing_context, a, b, c),
     }[n_arguments]
-    one.__name__ = name
-    return intrinsic(one)
+    definition.__name__ = name
+    return intrinsic(definition)
 
 
 fma = _floating("fma", 3)  # a*b + c with one rounding
 copysign = _floating("copysign", 2)
 square_root = _floating("sqrt", 1)
-
-
-def _floating_choice(name, sign):
-    """Intrinsic that gives one of two vectors, the second where one of them is NaN."""
-
-    def generic(typing_context, a, b):
-        vector = next(filter(_is_float, (a, b)))
-
-        def generate(context, builder, sig, values):
-            a, b = (
-                _as_vector(context, builder, value, kind, vector)
-                for value, kind in zip(values, sig.args, strict=True)
-            )
-            return builder.select(builder.fcmp_ordered(sign, a, b), a, b)
-
-        return vector(a, b), generate
-
-    generic.__name__ = name
-    return intrinsic(generic)
-
-
-minimum = _floating_choice("minimum", "<")
-maximum = _floating_choice("maximum", ">")
 
 
 # --- lanes, masks, bits ---
@@ -237,24 +208,13 @@ def spread(typing_context, value):
 @intrinsic
 def select(typing_context, mask, chosen, otherwise):
     """`chosen` where the mask is set, else `otherwise`; by lanes, or for one bool and scalars."""
-    vectors = [kind for kind in (chosen, otherwise) if isinstance(kind, _VectorType)]
+    vector = chosen
     if isinstance(mask, _VectorType):
+        vectors = [kind for kind in (chosen, otherwise) if isinstance(kind, _VectorType)]
         vector = vectors[0] if vectors else _FLOATS[mask.lanes]
 
-        def spread_values(context, builder, value, kind):
-            return _as_vector(context, builder, value, kind, vector)
-
-    else:
-        vector = chosen
-
-        def spread_values(context, builder, value, kind):
-            return context.cast(builder, value, kind, vector)
-
     def generate(context, builder, sig, values):
-        a, b = (
-            spread_values(context, builder, value, kind)
-            for value, kind in zip(values[1:], sig.args[1:], strict=True)
-        )
+        a, b = _as_vectors(context, builder, values[1:], sig.args[1:], vector)
         condition = values[0] if isinstance(mask, _VectorType) else builder.trunc(values[0], _BIT)
         return builder.select(condition, a, b)
 
@@ -303,40 +263,24 @@ def lowest_lane(typing_context, bits):
     return types.int64(bits), generate
 
 
-@intrinsic
-def as_bits(typing_context, value):
-    """The 64 bits of a float64 as int64, lane by lane for vectors."""
-    result = _INTEGERS[value.lanes] if _is_float(value) else types.int64
-    kind = _llvm(result) if _is_float(value) else _INT64
+def _converting(method, vectors, scalar):
+    """Intrinsic that makes values of another type, lane by lane for vectors."""
 
-    def generate(context, builder, sig, values):
-        return builder.bitcast(values[0], kind)
+    def generic(typing_context, value):
+        result = vectors[value.lanes] if isinstance(value, _VectorType) else scalar
+        kind = _llvm(result) if isinstance(value, _VectorType) else vectors[LANES].element
 
-    return result(value), generate
+        def generate(context, builder, sig, values):
+            return getattr(builder, method)(values[0], kind)
 
+        return result(value), generate
 
-@intrinsic
-def from_bits(typing_context, bits):
-    """The float64 with the given 64 bits (int64), lane by lane for vectors."""
-    result = _FLOATS[bits.lanes] if _is_integer(bits) else types.float64
-    kind = _llvm(result) if _is_integer(bits) else _DOUBLE
-
-    def generate(context, builder, sig, values):
-        return builder.bitcast(values[0], kind)
-
-    return result(bits), generate
+    return intrinsic(generic)
 
 
-@intrinsic
-def to_float(typing_context, value):
-    """int64 to the nearest float64, lane by lane for vectors."""
-    result = _FLOATS[value.lanes] if _is_integer(value) else types.float64
-    kind = _llvm(result) if _is_integer(value) else _DOUBLE
-
-    def generate(context, builder, sig, values):
-        return builder.sitofp(values[0], kind)
-
-    return result(value), generate
+as_bits = _converting("bitcast", _INTEGERS, types.int64)  # the 64 bits of a float64
+from_bits = _converting("bitcast", _FLOATS, types.float64)  # and back
+to_float = _converting("sitofp", _FLOATS, types.float64)  # int64 to the nearest float64
 
 
 @intrinsic
@@ -345,10 +289,7 @@ def shift_right(typing_context, value, count):
     result = value if _is_integer(value) else types.int64
 
     def generate(context, builder, sig, values):
-        if _is_integer(value):
-            count = _as_vector(context, builder, values[1], sig.args[1], value)
-        else:
-            count = context.cast(builder, values[1], sig.args[1], types.int64)
+        count = _as_vector(context, builder, values[1], sig.args[1], result)
         return builder.lshr(values[0], count)
 
     return result(value, count), generate
@@ -357,16 +298,18 @@ def shift_right(typing_context, value, count):
 # --- memory ---
 
 
-def _pointer(context, builder, array, value, indices, index_kinds):
-    structure = context.make_array(array)(context, builder, value)
-    numbers = cgutils.unpack_tuple(builder, indices)
+def _pointer(context, builder, sig, values, vector):
+    """Pointer to a vector in an array: the first two of the values are the array and indices."""
+    array, indices = sig.args[:2]
+    structure = context.make_array(array)(context, builder, values[0])
     numbers = [
         context.cast(builder, number, kind, types.intp)
-        for number, kind in zip(numbers, index_kinds, strict=True)
+        for number, kind in zip(cgutils.unpack_tuple(builder, values[1]), indices, strict=True)
     ]
-    return cgutils.get_item_pointer(
+    place = cgutils.get_item_pointer(
         context, builder, array, structure, numbers, wraparound=False, boundscheck=False
     )
+    return builder.bitcast(place, _llvm(vector).as_pointer())
 
 
 def _vector_of(array, lanes):
@@ -380,11 +323,8 @@ def _loading(lanes):
         vector = _vector_of(array, lanes)
 
         def generate(context, builder, sig, values):
-            kind, index_kinds = sig.args[0], sig.args[1].types
-            pointer = _pointer(context, builder, kind, values[0], values[1], index_kinds)
-            return builder.load(
-                builder.bitcast(pointer, _llvm(vector).as_pointer()), align=8, typ=_llvm(vector)
-            )
+            pointer = _pointer(context, builder, sig, values, vector)
+            return builder.load(pointer, align=8, typ=_llvm(vector))
 
         return vector(array, indices), generate
 
@@ -402,10 +342,8 @@ def store(typing_context, array, indices, value):
     vector = value if isinstance(value, _VectorType) else _vector_of(array, LANES)
 
     def generate(context, builder, sig, values):
-        kind, index_kinds = sig.args[0], sig.args[1].types
-        pointer = _pointer(context, builder, kind, values[0], values[1], index_kinds)
         content = _as_vector(context, builder, values[2], sig.args[2], vector)
-        builder.store(content, builder.bitcast(pointer, _llvm(vector).as_pointer()), align=8)
+        builder.store(content, _pointer(context, builder, sig, values, vector), align=8)
         return context.get_dummy_value()
 
     return types.void(array, indices, value), generate
@@ -416,19 +354,13 @@ def store_where(typing_context, array, indices, value, mask):
     """Write the lanes of a mask to neighbours of a C-contiguous float64 array from `indices` on."""
 
     def generate(context, builder, sig, values):
-        kind, index_kinds = sig.args[0], sig.args[1].types
-        pointer = _pointer(context, builder, kind, values[0], values[1], index_kinds)
-        vector = _llvm(value)
+        pointer = _pointer(context, builder, sig, values, value)
+        alignment = ir.IntType(32)(8)
+        kinds = [_llvm(value), pointer.type, alignment.type, _llvm(mask)]
         callee = cgutils.get_or_insert_function(
-            builder.module,
-            ir.FunctionType(
-                ir.VoidType(),
-                [vector, vector.as_pointer(), ir.IntType(32), ir.VectorType(_BIT, LANES)],
-            ),
-            "llvm.masked.store.v8f64.p0",
+            builder.module, ir.FunctionType(ir.VoidType(), kinds), "llvm.masked.store.v8f64.p0"
         )
-        place = builder.bitcast(pointer, vector.as_pointer())
-        builder.call(callee, [values[2], place, ir.IntType(32)(8), values[3]])
+        builder.call(callee, [values[2], pointer, alignment, values[3]])
         return context.get_dummy_value()
 
     return types.void(array, indices, value, mask), generate

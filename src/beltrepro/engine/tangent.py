@@ -1,33 +1,23 @@
 """Deviations from chains that `event` advances: the tangent dynamics of the hybrid motion.
 
-A deviation (dx, dv) obeys the linearised equations of motion between events. The tension of a
-spring is T(D), so dT = T'(D) dD, and the Taylor coefficients of dT are sums of products of those of
-T'(D) and of dD. On the linear branch T' = 1, on a curved one T' = c G
-(`beltrepro.engine.taylor`). A stuck block keeps its place on the belt, so dv = 0 and dx stays.
-
-At an event the chains beside the one followed change their rules a little earlier or later, which
-adds the jump of the vector field times the shift of the instant (Aizerman and Gantmakher 1958;
-docs/tangent.md derives the formulas):
+A deviation (dx, dv) obeys the linearised equations of motion between events: dT = T'(D) dD, with
+T' = 1 on the linear branch of a spring and c G on a curved one (`beltrepro.engine.taylor`). A stuck
+block has dv = 0. Friction that depends on the velocity brakes by R'(v_r) dv, R' with the series of
+eta - (K / v_w) w^2. At an event dv jumps:
 
 - stick: dv = 0;
 - slip: dv = a dF_ex / (dF_ex/dt), a the acceleration with which the slip starts;
-- reversal: dv is multiplied by the ratio of the accelerations after and before;
-- change of branch: nothing, since force and slope are continuous.
+- reversal: dv is multiplied by the ratio of the accelerations after and before.
 
-Friction that depends on the velocity brakes the deviation by R'(v_r) dv as well
-(`beltrepro.engine.law.Varied`); R' has the series of eta - (K / v_w) w^2.
-
-With noise, all random numbers are given: the threshold of each stick, and the force on each block
-as a function of the time since the last rest of the whole chain, at whose end it begins. If the
-chain beside the one followed ends its rest later by s, the same noise acts on it later by s: its
-force at one time differs by -s times its rate, and by a jump where a cell of the noise ends.
+With noise all random numbers are given, as functions of the time since the last rest of the whole
+chain. docs/tangent.md derives all that.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks
+from beltrepro.engine.event import REVERSAL, SLIP, STICK, Hooks, stretch
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.law import braking, inverse_mass, pull_and_slope, stiffness
 from beltrepro.engine.simd import LANES, fma, load, mask_bits, select, spread, store
@@ -52,7 +42,7 @@ class Deviations(NamedTuple):
 def carry(order, lane, active, sliding, step, group, scratch, deviations):
     """Hook: carries the deviations of eight chains through their steps."""
     n_blocks = group.chains.direction.shape[0]
-    noisy = mask_bits(load(group.conditions.noise_power, (lane,)) > 0.0) != 0
+    noisy = mask_bits(load(group.noise_power, (lane,)) > 0.0) != 0
     if noisy:
         _delay_noise(lane, sliding, step, group, deviations)
     _find_slopes(order, n_blocks, group.varied, scratch.series, deviations)
@@ -206,7 +196,7 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
             else:
                 change = _pull_change(vector, block, chain, slope_before, following, deviations)
                 velocity[vector, block, chain] = starts * change / rate
-                if begins and group.conditions.noise_power[chain] > 0.0:
+                if begins and group.noise_power[chain] > 0.0:
                     deviations.delay[vector, chain] = -change / rate
 
 
@@ -214,17 +204,16 @@ def apply_jumps(kind, block, lane, i, group, scratch, deviations):
 def _pull(block, chain, group):
     """F_ex on a block of one chain, dF_ex/dt, and the slopes of the springs before and after it."""
     chains = group.chains
-    last = chains.direction.shape[0] - 1
-    here, speed = chains.displacement[block, chain], chains.velocity[block, chain]
-    before, speed_before = 0.0, -group.conditions.belt_velocity[chain]
+    speed = chains.velocity[block, chain]
+    speed_before = -group.belt_velocity[chain]
     if block > 0:
-        before = chains.displacement[block - 1, chain]
         speed_before = chains.velocity[block - 1, chain]
-    pull, slope_before = pull_and_slope(block, here - before, group.law, group.varied)
+    deformation = stretch(block, chain, chains.displacement)
+    pull, slope_before = pull_and_slope(block, deformation, group.law, group.varied)
     external, rate, following = -pull, -slope_before * (speed - speed_before), 0.0
-    if block < last:
-        stretch = chains.displacement[block + 1, chain] - here
-        pull, following = pull_and_slope(block + 1, stretch, group.law, group.varied)
+    if block < chains.direction.shape[0] - 1:
+        deformation = stretch(block + 1, chain, chains.displacement)
+        pull, following = pull_and_slope(block + 1, deformation, group.law, group.varied)
         external += pull
         rate += following * (chains.velocity[block + 1, chain] - speed)
     return external, rate, slope_before, following
@@ -233,14 +222,10 @@ def _pull(block, chain, group):
 @inlined
 def _pull_change(vector, block, chain, slope_before, following, deviations):
     """dF_ex on a block."""
-    displacement = deviations.displacement
-    here = displacement[vector, block, chain]
-    before = 0.0
-    if block > 0:
-        before = displacement[vector, block - 1, chain]
-    change = -slope_before * (here - before)
-    if block < displacement.shape[1] - 1:
-        change += following * (displacement[vector, block + 1, chain] - here)
+    displacement = deviations.displacement[vector]
+    change = -slope_before * stretch(block, chain, displacement)
+    if block < displacement.shape[0] - 1:
+        change += following * stretch(block + 1, chain, displacement)
     return change
 
 

@@ -1,16 +1,10 @@
 """Taylor series of the motion of eight chains between two events.
 
-While no block changes between stick and slip and no spring crosses the end of its linear branch,
-Eq. 1 is an analytic ODE. In every spring the tension is T = D (linear branch) or
-T = const + G with G' = c D' G (exponential branch of signed rate c), D the deformation, so the
-coefficients follow from each other: k G_k = sum_{j=1..k} (c j D_j) G_{k-j}, and
-(k+1)(k+2) X_{k+2} = F_k + friction_k for a slipping block (Griewank and Walther, Evaluating
-Derivatives, SIAM 2008, ch. 13).
-
-Where blocks differ or friction depends on the velocity (`beltrepro.engine.law.Varied`) tensions get
-the factor of their spring and accelerations are forces over masses. Friction R = K w + eta s at the
-speed s over the belt, with w = 1 / (1 + s / v_w), follows from q w = 1, q = 1 + s / v_w:
-w_k = -w_0 sum_{j=1..k} q_j w_{k-j}.
+In every spring the tension is T = D (linear branch) or T = const + G with G' = c D' G (exponential
+branch of signed rate c), D the deformation. So the coefficients follow from each other
+(docs/event.md): k G_k = sum_{j=1..k} (c j D_j) G_{k-j}, and (k+1)(k+2) X_{k+2} = F_k + friction_k
+for a slipping block. Friction that depends on the velocity has the series of K w + eta s at the
+speed s over the belt, w = 1 / q, q = 1 + s / v_w: w_k = -w_0 sum_{j=1..k} q_j w_{k-j}.
 
 Positions are those in the frame of the belt, from the rest positions at the start of the step; the
 wall is column 0 of the series, block i (from 0) is column i+1. So X_1 is the relative velocity of a
@@ -22,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.engine.law import curved_branch, stiffness
-from beltrepro.engine.simd import LANES, fma, load, maximum, minimum, select, spread, store
-from beltrepro.engine.vector import inlined, zeros
+from beltrepro.engine.simd import LANES, fma, load, select, spread, store
+from beltrepro.engine.vector import inlined, maximum, minimum, zeros
 from beltrepro.model.accuracy import ORDER
 
 # Functions take the order of the positions as an argument, a constant of the kernel that calls
@@ -96,16 +90,11 @@ def friction_term(k, block, heading, varied, series):
 
 
 @inlined
-def _extend_varied(k, block, pull, pull_rise, heading, varied, series):
-    """X_{k+2} and X_{k+3} of a block that has a mass, braked by friction that depends on v_r."""
-    slipping, column = heading != 0.0, block + 1
-    inverse = varied.inverse_mass[block]
+def _push_varied(k, block, pull, heading, varied, series):
+    """X_{k+2} of a block that has a mass, braked by friction that depends on v_r."""
     net = pull - heading * friction_term(k, block, heading, varied, series)
-    weight = inverse / ((k + 1.0) * (k + 2.0))
-    store(series.position, (at(k + 2, column),), select(slipping, net * weight, 0.0))
-    net = pull_rise - heading * friction_term(k + 1, block, heading, varied, series)
-    weight = inverse / ((k + 2.0) * (k + 3.0))
-    store(series.position, (at(k + 3, column),), select(slipping, net * weight, 0.0))
+    weight = varied.inverse_mass[block] / ((k + 1.0) * (k + 2.0))
+    store(series.position, (at(k + 2, block + 1),), select(heading != 0.0, net * weight, 0.0))
 
 
 @inlined
@@ -144,16 +133,28 @@ def start_springs(law, varied, regime, lane, series):
         store(series.stretching, (at(1, spring),), newest)
         store(series.growth, (at(0, spring),), start)
         store(series.growth, (at(1, spring),), tension_growth)
-        if spring == 0:
-            store(series.wall_pull, (at(0, 0),), tension)
-            store(series.wall_pull, (at(1, 0),), tension_growth)
-        else:
-            store(series.force, (at(0, spring - 1),), tension - tension_before)
-            store(series.force, (at(1, spring - 1),), tension_growth - growth_before)
+        store_pull(0, spring, tension, tension_before, series)
+        store_pull(1, spring, tension_growth, growth_before, series)
         tension_before = tension
         growth_before = tension_growth
     store(series.force, (at(0, n_blocks - 1),), -tension_before)
     store(series.force, (at(1, n_blocks - 1),), -growth_before)
+
+
+@inlined
+def store_pull(k, spring, pull, pull_before, series):
+    """Level k of the pull of a spring: of the wall's, or of the force on the block before it."""
+    if spring == 0:
+        store(series.wall_pull, (at(k, 0),), pull)
+    else:
+        store(series.force, (at(k, spring - 1),), pull - pull_before)
+
+
+@inlined
+def push_position(k, column, slipping, pull, series):
+    """X_{k+2} of a slipping block of mass 1, from level k of the force on it."""
+    weight = 1.0 / ((k + 1.0) * (k + 2.0))
+    store(series.position, (at(k + 2, column),), select(slipping, pull * weight, 0.0))
 
 
 @inlined
@@ -199,26 +200,17 @@ def extend_pair(k, varied, direction, lane, series):
             store(series.growth, (at(k + 1, spring),), grown_next)
             tension = select(curved, grown, tension)
             rise = select(curved, grown_next, rise)
-        if spring == 0:
-            store(series.wall_pull, (at(k, 0),), tension)
-            store(series.wall_pull, (at(k + 1, 0),), rise)
-        else:
-            block = spring - 1
-            heading = load(direction, (block, lane))
-            slipping = heading != 0.0
+        store_pull(k, spring, tension, tension_before, series)
+        store_pull(k + 1, spring, rise, rise_before, series)
+        if spring > 0:
+            heading = load(direction, (spring - 1, lane))
             pull, pull_rise = tension - tension_before, rise - rise_before
-            store(series.force, (at(k, block),), pull)
-            store(series.force, (at(k + 1, block),), pull_rise)
             if varied is not None:
-                _extend_varied(k, block, pull, pull_rise, heading, varied, series)
+                _push_varied(k, spring - 1, pull, heading, varied, series)
+                _push_varied(k + 1, spring - 1, pull_rise, heading, varied, series)
             else:
-                weight, weight_next = 1.0 / ((k + 1.0) * (k + 2.0)), 1.0 / ((k + 2.0) * (k + 3.0))
-                store(series.position, (at(k + 2, spring),), select(slipping, pull * weight, 0.0))
-                store(
-                    series.position,
-                    (at(k + 3, spring),),
-                    select(slipping, pull_rise * weight_next, 0.0),
-                )
+                push_position(k, spring, heading != 0.0, pull, series)
+                push_position(k + 1, spring, heading != 0.0, pull_rise, series)
         tension_before, rise_before = tension, rise
 
 
@@ -242,49 +234,64 @@ def extend_series(order, varied, direction, lane, series):
         extend_pair(16, varied, direction, lane, series)
 
 
+def _evaluating(read):
+    """Value and slope of polynomials of odd order at `time` (float64x8): even and odd powers apart.
+
+    read : of coefficients at an index; those of one power more lie LANES further on.
+    """
+
+    def _evaluate(order, coefficients, first, time):
+        square = time * time
+        even = read(coefficients, (first + (order - 1) * LANES,))
+        odd = read(coefficients, (first + order * LANES,))
+        even_slope, odd_slope = spread(0.0), spread(0.0)
+        for k in range(order - 3, -1, -2):
+            even_slope = fma(even_slope, square, even)
+            odd_slope = fma(odd_slope, square, odd)
+            even = fma(even, square, read(coefficients, (first + k * LANES,)))
+            odd = fma(odd, square, read(coefficients, (first + (k + 1) * LANES,)))
+        slope = fma(2.0 * time, fma(odd_slope, time, even_slope), odd)
+        return fma(odd, time, even), slope
+
+    return inlined(_evaluate)
+
+
+@inlined
+def _read_one(coefficients, indices):
+    return spread(coefficients[indices[0]])
+
+
+_evaluate_all, _evaluate_lane = _evaluating(load), _evaluating(_read_one)
+
+
 @inlined
 def polynomial(order, coefficients, column, time):
-    """Value and slope at `time` (float64x8) of the polynomials in a column of an array of series.
-
-    Even and odd powers apart: chains of half the length.
-    """
-    square = time * time
-    even = load(coefficients, (at(order - 1, column),))
-    odd = load(coefficients, (at(order, column),))
-    even_slope, odd_slope = spread(0.0), spread(0.0)
-    for k in range(order - 3, -1, -2):
-        even_slope = fma(even_slope, square, even)
-        odd_slope = fma(odd_slope, square, odd)
-        even = fma(even, square, load(coefficients, (at(k, column),)))
-        odd = fma(odd, square, load(coefficients, (at(k + 1, column),)))
-    slope = fma(2.0 * time, fma(odd_slope, time, even_slope), odd)
-    return fma(odd, time, even), slope
-
-
-@inlined
-def evaluate_one(order, series, block, i, times):
-    """Position and relative velocity of a block of the chain in lane i at eight times.
-
-    As `evaluate`, bit by bit.
-    """
-    first = at(0, block + 1) + i
-    square = times * times
-    even = spread(series.position[first + (order - 1) * LANES])
-    odd = spread(series.position[first + order * LANES])
-    even_slope, odd_slope = spread(0.0), spread(0.0)
-    for k in range(order - 3, -1, -2):
-        even_slope = fma(even_slope, square, even)
-        odd_slope = fma(odd_slope, square, odd)
-        even = fma(even, square, series.position[first + k * LANES])
-        odd = fma(odd, square, series.position[first + (k + 1) * LANES])
-    slope = fma(2.0 * times, fma(odd_slope, times, even_slope), odd)
-    return fma(odd, times, even), slope
+    """Value and slope at `time` (float64x8) of the polynomials in a column of coefficients."""
+    return _evaluate_all(order, coefficients, at(0, column), time)
 
 
 @inlined
 def evaluate(order, series, block, time):
     """Position and relative velocity of a block at `time` (float64x8) after the start."""
-    return polynomial(order, series.position, block + 1, time)
+    return _evaluate_all(order, series.position, at(0, block + 1), time)
+
+
+@inlined
+def evaluate_one(order, series, block, i, times):
+    """The same of the chain in lane i alone at eight times."""
+    return _evaluate_lane(order, series.position, at(0, block + 1) + i, times)
+
+
+@inlined
+def value_and_slope(order, coefficients, column, i, time):
+    """Value and slope of the polynomial of the chain in lane i at one time (float64)."""
+    first = at(0, column) + i
+    value = coefficients[first + order * LANES]
+    slope = 0.0
+    for k in range(order - 1, -1, -1):
+        slope = fma(slope, time, value)
+        value = fma(value, time, coefficients[first + k * LANES])
+    return value, slope
 
 
 @inlined

@@ -33,21 +33,19 @@ def _engine_version():
 
 
 def kernel(function):
-    """Compile a kernel that is called from Python: cached, without the GIL, IEEE division.
-
-    It makes no arrays and keeps none: no references to count, which numba does by calls in loops.
-
-    Numba recompiles a cached function when its own file changes, but not when a helper changes that
-    was inlined from another file. So the stamp of the cached file gets a hash of all of them.
-    Kernels made by one function have a file for each set of what they enclose.
-    """
+    """Compile a kernel that is called from Python: cached, without the GIL, IEEE division."""
     dispatcher = allocating_kernel(function)
+    # it makes no arrays and keeps none: no references to count, which numba does by calls in loops
     dispatcher.targetoptions["_nrt"] = False
     return dispatcher
 
 
 def allocating_kernel(function):
-    """As `kernel`, for kernels that make arrays."""
+    """As `kernel`, for kernels that make arrays.
+
+    Numba does not see that a helper in another file has changed, so the stamp has a hash of all.
+    Kernels made by one function have a file for each set of what they enclose.
+    """
     dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     cache = dispatcher._cache
     enclosed = [_identity(cell.cell_contents) for cell in function.__closure__ or ()]
@@ -118,6 +116,18 @@ def aligned(values) -> np.ndarray:
     copy = zeros(values.shape, values.dtype)
     copy[...] = values
     return copy
+
+
+@inlined
+def minimum(a, b):
+    """The smaller one, lane by lane for vectors; the second where one of them is NaN."""
+    return select(a < b, a, b)
+
+
+@inlined
+def maximum(a, b):
+    """The greater one; as `minimum`."""
+    return select(a > b, a, b)
 
 
 # 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the sum.

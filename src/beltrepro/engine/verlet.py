@@ -10,43 +10,34 @@ which rounds better than 2x(t) - x(t-dt) and is the same scheme. Velocities are 
 accelerations times dt^2. A stuck block has w, push and kinetic friction zero, so that one formula
 moves all blocks.
 
-A run is cut into stretches of ten steps, at multiples of ten of the step's index. At the start of
-one, `_prepare` finds for every spring its tension as a power series of the deformation, and bounds
-on how far the chain can go before the end. They tell which blocks might turn (stick to slip, slip
-to stick, or reversal): only those are watched, in every step, and `_turn` applies the stick and
-slip rules (`beltrepro.model.friction.next_direction`) where one is due. They also tell which
-springs the series serves: its error must stay below rounding, and the spring on its branch of the
-law. Elsewhere the law itself is evaluated in every step.
+A run is cut into stretches of ten steps. At the start of one, `_prepare` finds the tensions as
+series of the deformations, and bounds on how far the chain can go before the end. They tell which
+blocks might turn (stick to slip, slip to stick, or reversal): only those are watched. They also
+tell which springs the series serves. Elsewhere the law itself is evaluated in every step.
 
-Both decisions, series or law and turn or no turn, follow from the chain's own state at the start of
-the stretch. Which blocks of a vector are watched, and what is evaluated and then not used, depends
-on the neighbours and on where a run is cut into pieces; the numbers of a chain do not.
+Both decisions follow from the chain's own state at the start of the stretch. What is watched or
+evaluated and then not used depends on the neighbours; the numbers of a chain do not.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.engine.law import (
-    Law,
-    expand_spring,
-    next_direction,
-    tension,
-)
+from beltrepro.engine.law import Law, expand_spring, next_direction, tension
 from beltrepro.engine.noise import normal_pairs_wide
-from beltrepro.engine.records import Crossings, Events, record_event
+from beltrepro.engine.records import DONE, Crossings, Events, full_buffer, record_event
+from beltrepro.engine.simd import LANES as HALF
 from beltrepro.engine.simd import (
     WIDE_LANES,
     extract,
     fma,
     load_wide,
+    lowest_lane,
     mask_bits,
-    maximum,
-    minimum,
     select,
     store,
 )
-from beltrepro.engine.vector import inlined, kernel, zeros
+from beltrepro.engine.vector import inlined, kernel, maximum, minimum, zeros
 
 LANES = WIDE_LANES
 STRETCH = 10  # steps
@@ -124,55 +115,51 @@ class Records(NamedTuple):
     crossings: Crossings
 
 
-class BlockState(NamedTuple):
-    """The blocks of W chains at the start of a step; arrays (N, W)."""
-
-    displacement: np.ndarray
-    velocity: np.ndarray  # v_r dt
-    direction: np.ndarray
-    threshold: np.ndarray
-    dissipated: np.ndarray  # friction loss times dt^2
-    slip_step: np.ndarray  # w
-    acceleration: np.ndarray  # a(t-dt) dt^2
-
-
 def empty_state(n_blocks, belt_step):
-    """State (W/16, N + 2 rows) of W chains, without its blocks.
-
-    Row 0 is the wall, which slips by -u dt in every step; row N + 1 is a spring that never pulls.
-
-    belt_step : (W,) u dt.
-    """
+    """State (W/16, N + 2 rows) of W chains, without its blocks; belt_step : (W,) u dt."""
+    # row 0 is the wall, which slips by -u dt in every step; row N + 1 a spring that never pulls
     state = zeros((len(belt_step) // LANES, n_blocks + 2, _ROW))
     state[:, 0, SLIP_STEP : SLIP_STEP + LANES] = -belt_step.reshape(-1, LANES)
     return state.reshape(len(state), -1)
 
 
-def write_blocks(group, step, blocks):
-    """Let the chains be in other states at the start of the step of that index.
+def write_blocks(
+    group,
+    step,
+    *,
+    displacement,
+    velocity,
+    direction,
+    threshold,
+    dissipated,
+    slip_step,
+    acceleration,
+):
+    """Let the blocks be in other states (N, W) at the start of the step of that index.
 
+    velocity : v_r dt; dissipated : loss times dt^2; slip_step : w; acceleration : a(t-dt) dt^2.
     In the middle of a stretch it goes on without series, as if the stretch had begun without slip.
     """
     state = group.chains.state.reshape(len(group.chains.state), -1, _ROW)
     rows = state[:, 1 : group.n_blocks + 1]
     square = group.time_step * group.time_step
-    kinetic = blocks.direction * (group.law.friction_ratio * square)
-    start = blocks.displacement - group.belt_step * float(step % STRETCH)
+    kinetic = direction * (group.law.friction_ratio * square)
+    start = displacement - group.belt_step * float(step % STRETCH)
     rows[...] = 0.0
     for field, values in (
-        (DISPLACEMENT, blocks.displacement),
-        (VELOCITY, blocks.velocity),
-        (DIRECTION, blocks.direction),
-        (DISSIPATED, blocks.dissipated),
-        (SLIP_STEP, blocks.slip_step),
-        (ACCELERATION, blocks.acceleration),
-        (_PUSH, np.where(blocks.direction != 0, square, 0.0)),
+        (DISPLACEMENT, displacement),
+        (VELOCITY, velocity),
+        (DIRECTION, direction),
+        (DISSIPATED, dissipated),
+        (SLIP_STEP, slip_step),
+        (ACCELERATION, acceleration),
+        (_PUSH, np.where(direction != 0, square, 0.0)),
         (_KINETIC, kinetic * group.law.static_friction),
         (_KINETIC_NOISE, kinetic * group.noise),
         (_START, start),
         (_DEFORMATION, np.diff(start, axis=0, prepend=0.0)),
-        (_LOSS, blocks.dissipated),
-        (THRESHOLD, blocks.threshold),
+        (_LOSS, dissipated),
+        (THRESHOLD, threshold),
     ):
         columns = values.reshape(group.n_blocks, -1, LANES)
         rows[..., field : field + LANES] = columns.swapaxes(0, 1)
@@ -213,15 +200,12 @@ def _expand(chains, spring, deformation, law):
     pull, slope, rate, _ = expand_spring(deformation, law)
     _put(chains, spring, _DEFORMATION, deformation)
     _put(chains, spring, _SERIES, pull)
-    # every derivative is `rate` times the one before
     _put(chains, spring, _SERIES + LANES, slope)
-    second = slope * rate * (1.0 / 2.0)
-    _put(chains, spring, _SERIES + 2 * LANES, second)
-    third = second * rate * (1.0 / 3.0)
-    _put(chains, spring, _SERIES + 3 * LANES, third)
-    fourth = third * rate * (1.0 / 4.0)
-    _put(chains, spring, _SERIES + 4 * LANES, fourth)
-    _put(chains, spring, _SERIES + 5 * LANES, fourth * rate * (1.0 / 5.0))
+    coefficient = slope
+    for power in range(2, 6):
+        # every derivative is `rate` times the one before
+        coefficient = coefficient * rate * (1.0 / power)
+        _put(chains, spring, _SERIES + power * LANES, coefficient)
     return pull
 
 
@@ -229,8 +213,8 @@ def _expand(chains, spring, deformation, law):
 def _prepare(chains, strongest, square, law):
     """Start a stretch: write the series, bound the motion.
 
-    strongest : kinetic friction. Returns the bound A on |a| dt^2, and bits: springs that need the
-    law, blocks that might turn, and whether the bounds fail for some chain.
+    strongest : kinetic friction. Returns the bound A on |a| dt^2, bits of the springs that need the
+    law and of the blocks that might turn, and whether the bounds fail for some chain.
 
     While tensions change by at most `change`, F_ex changes by twice as much, which bounds a. Slips
     then change by less than K |w| + K (K + 11)/2 A in K steps, of which 5 A a step are for blocks
@@ -394,12 +378,11 @@ def _tension(chains, spring, growth):
 
 
 @inlined
-def _apply_law(chains, bent, law):
+def _apply_law(chains, bent, step, law, contact):
     """Find the tensions of the springs in `bent` by the law, in the lanes without a series.
 
-    Returns bits of the chains of which a spring has no length.
+    Where one has no length its chain has a contact, in the first such step.
     """
-    meeting = 0
     for spring in range(1, chains.n_blocks + 1):
         if bent & _bit(spring):
             deformation = _get(chains, spring, _DEFORMATION) + (
@@ -409,35 +392,11 @@ def _apply_law(chains, bent, law):
             pull = _get(chains, spring, _SERIES)
             pull = select(without, tension(deformation, law), pull)
             _put(chains, spring, _SERIES, pull)
-            meeting |= mask_bits(without & ~(deformation > -law.rest_length))
-    return meeting
-
-
-@inlined
-def _note_contacts(chains, meeting, step, contact):
-    """Note the step of the first contact of some of sixteen chains."""
-    for lane in range(LANES):
-        if (meeting >> lane) & 1:
-            chain = chains.vector * LANES + lane
-            contact[chain] = min(contact[chain], float(step))
-
-
-@inlined
-def _force(chains, block):
-    """F_ex on a block."""
-    slip = _get(chains, block, _SLIP)
-    pull = _tension(chains, block, slip - _get(chains, block - 1, _SLIP))
-    growth = _get(chains, block + 1, _SLIP) - slip
-    return _tension(chains, block + 1, growth) - pull
-
-
-@inlined
-def _margin(chains, block, force):
-    """How far a block is from a turn: not where it is positive."""
-    direction = _get(chains, block, DIRECTION)
-    threshold = _get(chains, block, THRESHOLD)
-    velocity = _get(chains, block, VELOCITY)
-    return select(direction == 0.0, threshold - abs(force), direction * velocity)
+            meeting = mask_bits(without & ~(deformation > -law.rest_length))
+            for lane in range(LANES * (meeting != 0)):
+                if (meeting >> lane) & 1:
+                    chain = chains.vector * LANES + lane
+                    contact[chain] = min(contact[chain], float(step))
 
 
 @inlined
@@ -475,8 +434,13 @@ def _check_turns(chains, watched, belt_travel, time, noise, group, events):
     """Apply the stick and slip rules to the watched blocks."""
     for block in range(1, chains.n_blocks + 1):
         if watched & _bit(block):
-            force = _force(chains, block)
-            if mask_bits(_margin(chains, block, force) <= 0.0):
+            slip = _get(chains, block, _SLIP)
+            pull = _tension(chains, block, slip - _get(chains, block - 1, _SLIP))
+            force = _tension(chains, block + 1, _get(chains, block + 1, _SLIP) - slip) - pull
+            direction = _get(chains, block, DIRECTION)
+            ahead = direction * _get(chains, block, VELOCITY)
+            holds = _get(chains, block, THRESHOLD) - abs(force)
+            if mask_bits(select(direction == 0.0, holds, ahead) <= 0.0):
                 _turn(chains, block, force, belt_travel, time, noise, group, events)
 
 
@@ -517,21 +481,16 @@ def _record_turns(chains, block, changed, old, new, time, time_step, events):
     sticks = mask_bits(changed & (old != 0.0))
     slips = mask_bits(changed & (new != 0.0))
     for lane in range(LANES):
-        if (sticks >> lane) & 1:
-            _record(chains, block, lane, 0, time, time_step, events)
-        if (slips >> lane) & 1:
-            _record(chains, block, lane, 1, time, time_step, events)
-
-
-@inlined
-def _record(chains, block, lane, slips, time, time_step, events):
-    """Record the start (slips 1) or end (slips 0) of a slip."""
-    place = block * _ROW + lane
-    force = chains.state[chains.vector, place + _FORCE]
-    here = chains.state[chains.vector, place + DISPLACEMENT]
-    loss = chains.state[chains.vector, place + DISSIPATED] / (time_step * time_step)
-    chain = chains.vector * LANES + lane
-    record_event(chain, time, block - 1, slips, force, here, loss, events)
+        if ((sticks | slips) >> lane) & 1:
+            place = block * _ROW + lane
+            force = chains.state[chains.vector, place + _FORCE]
+            here = chains.state[chains.vector, place + DISPLACEMENT]
+            loss = chains.state[chains.vector, place + DISSIPATED] / (time_step * time_step)
+            chain = chains.vector * LANES + lane
+            if (sticks >> lane) & 1:
+                record_event(chain, time, block - 1, 0.0, force, here, loss, events)
+            if (slips >> lane) & 1:
+                record_event(chain, time, block - 1, 1.0, force, here, loss, events)
 
 
 @inlined
@@ -594,36 +553,28 @@ def _record_crossings(chains, belt, belt_travel, time, time_step, crossings):
     """
     block = crossings.block + 1
     level = load_wide(crossings.level, (chains.vector * LANES,))
-    slip = _get(chains, block, _SLIP)
-    after = _get(chains, block, _START) + (belt_travel + slip) - level
+    after = _get(chains, block, _START) + (belt_travel + _get(chains, block, _SLIP)) - level
     move = _get(chains, block, SLIP_STEP) + belt
     hits = mask_bits((after < 0.0) & (after - move >= 0.0))
-    if hits:
-        back = after / move
-        for lane in range(LANES):
-            if (hits >> lane) & 1:
-                share = extract(back, lane)
-                belt_step, travel = extract(belt, lane), extract(belt_travel, lane)
-                _cross(chains, lane, share, belt_step, travel, time, time_step, crossings)
-
-
-@inlined
-def _cross(chains, lane, share, belt_step, belt_travel, time, time_step, crossings):
-    """Record a crossing of one chain, `share` of a step before `time`: linear interpolation."""
-    n_blocks = chains.n_blocks
-    chain = chains.vector * LANES + lane
-    slot = crossings.count[chain]
-    crossings.count[chain] = slot + 1
-    crossings.rows[chain, slot, 0] = time - share * time_step
-    for block in range(1, n_blocks + 1):
-        place = block * _ROW + lane
-        slip = chains.state[chains.vector, place + _SLIP]
-        here = chains.state[chains.vector, place + _START] + (belt_travel + slip)
-        move = chains.state[chains.vector, place + SLIP_STEP] + belt_step
-        velocity = chains.state[chains.vector, place + VELOCITY]
-        velocity -= share * chains.state[chains.vector, place + ACCELERATION]
-        crossings.rows[chain, slot, block] = here - share * move
-        crossings.rows[chain, slot, n_blocks + block] = velocity / time_step
+    while hits:
+        lane = lowest_lane(hits)
+        hits &= hits - 1
+        # linear interpolation in the step
+        share = extract(after / move, lane)
+        belt_step, travel = extract(belt, lane), extract(belt_travel, lane)
+        chain = chains.vector * LANES + lane
+        slot = crossings.count[chain]
+        crossings.count[chain] = slot + 1
+        crossings.rows[chain, slot, 0] = time - share * time_step
+        for number in range(1, chains.n_blocks + 1):
+            place = number * _ROW + lane
+            slip = chains.state[chains.vector, place + _SLIP]
+            here = chains.state[chains.vector, place + _START] + (travel + slip)
+            moved = chains.state[chains.vector, place + SLIP_STEP] + belt_step
+            velocity = chains.state[chains.vector, place + VELOCITY]
+            velocity -= share * chains.state[chains.vector, place + ACCELERATION]
+            crossings.rows[chain, slot, number] = here - share * moved
+            crossings.rows[chain, slot, chains.n_blocks + number] = velocity / time_step
 
 
 @inlined
@@ -710,9 +661,7 @@ def _advance(chains, start, stop, group, records):
             belt_travel = belt * float(step - base)
             _put(chains, 0, _SLIP, -belt_travel)
             if bent:
-                meeting = _apply_law(chains, bent, group.law)
-                if meeting:
-                    _note_contacts(chains, meeting, step, group.chains.contact)
+                _apply_law(chains, bent, step, group.law, group.chains.contact)
             if watched:
                 time = step * time_step
                 _check_turns(chains, watched, belt_travel, time, noise, group, records.events)
@@ -728,18 +677,6 @@ def _advance(chains, start, stop, group, records):
         now = end
         _conclude(chains, belt * float(end - base), end == base + STRETCH)
     store(group.chains.wall_pull, (lane,), pull)
-
-
-@inlined
-def _nearly_full(vector, visit, n_blocks, events, crossings):
-    """Whether a buffer of one of sixteen chains might not hold what another visit records."""
-    full = False
-    for chain in range(vector * LANES, (vector + 1) * LANES):
-        if events.count[chain] + 2 * n_blocks * visit > events.rows.shape[1]:
-            full = True
-        if crossings.count[chain] + visit > crossings.rows.shape[1]:
-            full = True
-    return full
 
 
 @kernel
@@ -768,6 +705,8 @@ def verlet_steps(first_step, n_steps, group, records):
             _advance(chains, start, step, group, records)
             if sampled:
                 _sample(chains, group.time_step, samples, row)
-            full = full or _nearly_full(vector, visit, n_blocks, events, crossings)
+            for lane in range(vector * LANES, (vector + 1) * LANES, HALF):
+                if full_buffer(lane, 2 * n_blocks * visit, visit, records) != DONE:
+                    full = True
         row += sampled
     return step - first_step

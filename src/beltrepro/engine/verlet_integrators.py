@@ -1,11 +1,11 @@
 """Many chains advanced by the paper's scheme, in the way that suits them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from beltrepro.engine import leaps, verlet
-from beltrepro.engine.integrator import Chunk, Integrator, Lanes, SeriesIntegrator
+from beltrepro.engine.integrator import Integrator, Lanes, SeriesIntegrator
 from beltrepro.engine.law import of_blocks
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.vector import aligned, zeros
@@ -25,19 +25,55 @@ def verlet_integrator(states: Sequence[ChainState], *, time_step: float, **setti
     In leaps if none of them has noise and the time step is as short as the paper's, else step by
     step; so are, by a plainer kernel, chains with another law than the paper's.
     """
-    if states[0].parameters.varied:
-        return LiteralVerlet(states, time_step=time_step, **settings)
-    # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
     first = states[0].parameters
+    # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
     rate = max(first.compression_rate, first.extension_rate)
-    slope = 1 + rate * first.static_friction
-    short = time_step**2 * _FREQUENCY * slope <= _LEAP_LIMIT
-    quiet = all(state.parameters.noise == 0 for state in states)
-    chosen = LeapingVerlet if quiet and short else SteppingVerlet
+    if first.varied:
+        chosen = LiteralVerlet
+    elif (
+        all(state.parameters.noise == 0 for state in states)
+        and time_step**2 * _FREQUENCY * (1 + rate * first.static_friction) <= _LEAP_LIMIT
+    ):
+        chosen = LeapingVerlet
+    else:
+        chosen = SteppingVerlet
     return chosen(states, time_step=time_step, **settings)
 
 
-class LeapingVerlet(SeriesIntegrator):
+class _InSteps(Integrator):
+    """Chains that go from step to step, in whatever kernel."""
+
+    def _step(self, time: float) -> int:
+        return round(time / self.time_step)
+
+    def _instant(self, time):
+        return self._step(time) * self.time_step
+
+    def _rows(self, time):
+        return self._step(time) // self._sampling.steps
+
+    def _new_variables(self, lanes):
+        """w and a(t-dt) dt^2 of the smooth motion through W states; zero for stuck blocks.
+
+        From Taylor's series about the states, to the third order in dt.
+        """
+        chain, time_step = self.parameters[0], self.time_step
+        slips = lanes.directions != 0
+        mass = chain.by_block("mass")[:, None]
+        kinetic = kinetic_friction(chain, lanes.relative_velocities.T).T
+        acceleration = (self.forces_on(lanes) - lanes.directions * kinetic) / mass
+        belt_velocity = np.array([member.belt_velocity for member in self.parameters])
+        travel = (lanes.relative_velocities + belt_velocity) * time_step
+        rise = (self.forces_on(lanes, travel) - self.forces_on(lanes, -travel)) / (2 * mass)
+        bend = (rise / 6 - acceleration / 2) * time_step**2
+        before = (acceleration - rise) * time_step**2
+        return {
+            "slip_step": np.where(slips, lanes.relative_velocities * time_step + bend, 0.0),
+            "acceleration": np.where(slips, before, 0.0),
+        }
+
+
+class LeapingVerlet(_InSteps, SeriesIntegrator):
     """Chains without noise integrated by the scheme of the Appendix, many steps at a leap.
 
     See `beltrepro.engine.leaps`; parameters as for `Integrator`.
@@ -50,74 +86,40 @@ class LeapingVerlet(SeriesIntegrator):
     def __init__(self, states, **settings):
         super().__init__(states, **settings)
         lanes = len(self._noise)
-        shape = self.n_blocks, lanes
-        self._chains = leaps.Chains(
-            steps_done=zeros(lanes),
-            displacement=zeros(shape),
-            slip_step=zeros(shape),
-            acceleration=zeros(shape),
-            velocity=zeros(shape),
-            direction=zeros(shape),
-            threshold=zeros(shape),
-            branch_changed=zeros(shape),
-            dissipated=zeros(shape),
-            wall_impulse=zeros(lanes),
+        self._chains = self._new_chains(
+            leaps.Chains, steps_done=zeros(lanes), wall_impulse=zeros(lanes)
         )
-        stiffest = _IMPACT_LIMIT / (_FREQUENCY * self.time_step**2)
         self._group = leaps.Group(
             self._law,
             self._varied,
             self._belt_velocity,
             self.time_step,
-            stiffest,
+            _IMPACT_LIMIT / (_FREQUENCY * self.time_step**2),
             self._chains,
-            self._noise_source(),
+            None,
         )
         self._scratch = leaps.new_scratch(self.n_blocks)
         self.reinit(states)
-
-    def _noise_source(self):
-        return None
-
-    def _set_time(self, time):
-        self.time = round(time / self.time_step) * self.time_step
 
     def _write(self, lanes, variables):
         super()._write(lanes, variables)
         self._chains.velocity[...] *= self.time_step  # as the kernel keeps it
 
-    def _new_variables(self, lanes):
-        return _smooth_variables(lanes, self)
-
-    def advance(self, until: float) -> Iterator[Chunk]:
-        """Advance all chains to the step nearest to `until`, chunk by chunk."""
-        last = round(until / self.time_step)
-        done = round(self.time / self.time_step)
-        while done < last:
-            start = done
-            # half a step on: the end of the last chunk may have been rounded down
-            end = self._chunk_end((start + 0.5) * self.time_step)
-            done = min(last, round(end / self.time_step))
-            self._empty_buffers()
-            self._chains.steps_done[:] = 0.0
-            self._run(start, done - start)
-            self.time = done * self.time_step
-            self._check_state()
-            first_row = start // self._sampling.steps + 1
-            rows = done // self._sampling.steps + 1 - first_row
-            yield self._chunk(start * self.time_step, first_row, rows)
-
-    def _run(self, first_step, n_steps):
-        """Advance all chains by `n_steps`."""
-        span = leaps.Span(first_step, n_steps)
+    def _run(self, until):
+        start = self._step(self.time)
+        # half a step on: the end of the last chunk may have been rounded down
+        end = self._chunk_end((start + 0.5) * self.time_step)
+        n_steps = min(self._step(until), self._step(end)) - start
         stride = self._sampling.steps
-        first_sample = (first_step // stride + 1) * stride - first_step
+        first = (start // stride + 1) * stride - start
+        self._chains.steps_done[:] = 0.0
         self._advance(
-            lambda records: self._kernel(span, self._group, self._scratch, records),
-            float(first_sample),
+            lambda records: self._kernel(start, n_steps, self._group, self._scratch, records),
+            float(first),
             float(stride),
-            (n_steps - first_sample) // stride + 1,
+            (n_steps - first) // stride + 1,
         )
+        return (start + n_steps) * self.time_step
 
     def _reached(self, lane):
         return float(self.time + self._chains.steps_done[lane] * self.time_step)
@@ -135,17 +137,14 @@ class LiteralVerlet(LeapingVerlet):
 
     def __init__(self, states, **settings):
         super().__init__(states, **settings)
-        if self._varied is None:
-            self._group = self._group._replace(varied=of_blocks(self.parameters[0]))
-
-    def _noise_source(self):
-        if not np.any(self._noise > 0):
-            return None
-        deviates = zeros((self.n_blocks + self.n_blocks % 2) * leaps.LANES)
-        return leaps.Noise(self._noise, self._streams, deviates)
+        self._group = self._group._replace(varied=of_blocks(self.parameters[0]))
+        if np.any(self._noise > 0):
+            deviates = zeros((self.n_blocks + self.n_blocks % 2) * leaps.LANES)
+            noise = leaps.Noise(self._noise, self._streams, deviates)
+            self._group = self._group._replace(noise=noise)
 
 
-class SteppingVerlet(Integrator):
+class SteppingVerlet(_InSteps):
     """Chains integrated step by step (`beltrepro.engine.verlet`)."""
 
     name = "stepping verlet"
@@ -170,31 +169,22 @@ class SteppingVerlet(Integrator):
             n_blocks=self.n_blocks,
             chains=self._chains,
         )
-        self._steps_done = 0
         self.reinit(states)
-
-    def _set_time(self, time):
-        self._steps_done = round(time / self.time_step)
-        self.time = self._steps_done * self.time_step
 
     def _write(self, lanes, variables):
         self._chains.wall_pull[:] = variables["wall_pull"]
         verlet.write_blocks(
             self._group,
-            self._steps_done,
-            verlet.BlockState(
-                displacement=lanes.displacements,
-                velocity=lanes.relative_velocities * self.time_step,
-                direction=lanes.directions,
-                threshold=lanes.thresholds,
-                dissipated=variables["dissipated"],
-                slip_step=variables["slip_step"],
-                acceleration=variables["acceleration"],
-            ),
+            self._step(self.time),
+            displacement=lanes.displacements,
+            velocity=lanes.relative_velocities * self.time_step,
+            direction=lanes.directions,
+            threshold=lanes.thresholds,
+            **{name: variables[name] for name in ("dissipated", "slip_step", "acceleration")},
         )
 
     def _new_variables(self, lanes):
-        return _smooth_variables(lanes, self) | {
+        return super()._new_variables(lanes) | {
             "dissipated": lanes.friction_losses * self.time_step**2,
             "wall_pull": lanes.wall_impulse / self.time_step,
         }
@@ -207,30 +197,17 @@ class SteppingVerlet(Integrator):
             "wall_pull": self._chains.wall_pull,
         }
 
-    def advance(self, until: float) -> Iterator[Chunk]:
-        """Advance all chains to the step nearest to `until`, chunk by chunk."""
-        last = round(until / self.time_step)
-        stride = self._sampling.steps
-        samples = verlet.Samples(self._samples, self._first_sampled, stride)
-        chunk_steps = max(1, round(self._chunk_time / self.time_step))
-        while self._steps_done < last:
-            start = self._steps_done
-            self._empty_buffers()
-            records = verlet.Records(samples, self._events, self._crossings)
-            n_steps = min(chunk_steps, last - start)
-            self._steps_done += verlet.verlet_steps(start, n_steps, self._group, records)
-            self.time = self._steps_done * self.time_step
-            self._check_contacts()
-            self._check_state()
-            first_row = start // stride + 1
-            rows = self._steps_done // stride + 1 - first_row
-            yield self._chunk(start * self.time_step, first_row, rows)
-
-    def _check_contacts(self):
+    def _run(self, until):
+        start = self._step(self.time)
+        samples = verlet.Samples(self._samples, self._first_sampled, self._sampling.steps)
+        records = verlet.Records(samples, self._events, self._crossings)
+        n_steps = min(max(1, self._step(self._chunk_time)), self._step(until) - start)
+        end = start + verlet.verlet_steps(start, n_steps, self._group, records)
         contact = self._chains.contact[: self._width]
         lane = int(np.argmin(contact))
         if np.isfinite(contact[lane]):
             self._stop_at_contact(lane, contact[lane] * self.time_step)
+        return end * self.time_step
 
     def _blocks(self, field):
         return verlet.of_blocks(self._chains.state, field, self.n_blocks)
@@ -245,24 +222,3 @@ class SteppingVerlet(Integrator):
             friction_losses=self._blocks(verlet.DISSIPATED) / self.time_step**2,
             wall_impulse=self._chains.wall_pull * self.time_step,
         )
-
-
-def _smooth_variables(lanes: Lanes, chains: Integrator) -> dict[str, np.ndarray]:
-    """w and a(t-dt) dt^2 of the smooth motion through W states; zero for stuck blocks.
-
-    From Taylor's series about the states, to the third order in dt.
-    """
-    chain, time_step = chains.parameters[0], chains.time_step
-    slips = lanes.directions != 0
-    mass = chain.by_block("mass")[:, None]
-    kinetic = kinetic_friction(chain, lanes.relative_velocities.T).T
-    acceleration = (chains.forces_on(lanes) - lanes.directions * kinetic) / mass
-    belt_velocity = np.array([member.belt_velocity for member in chains.parameters])
-    travel = (lanes.relative_velocities + belt_velocity) * time_step
-    rise = (chains.forces_on(lanes, travel) - chains.forces_on(lanes, -travel)) / (2 * mass)
-    bend = (rise / 6 - acceleration / 2) * time_step**2
-    before = (acceleration - rise) * time_step**2
-    return {
-        "slip_step": np.where(slips, lanes.relative_velocities * time_step + bend, 0.0),
-        "acceleration": np.where(slips, before, 0.0),
-    }

@@ -11,31 +11,30 @@ from beltrepro.model.accuracy import START_NOISE
 from beltrepro.model.parameters import ChainParameters
 
 
-def slip_direction_rule(select: Callable) -> Callable:
-    """The rule for a block that may slip: towards F_ex if |F_ex| > F_st, else not.
+def direction_rules(
+    select: Callable, compiled: Callable[[Callable], Callable] = lambda rule: rule
+) -> tuple[Callable, Callable]:
+    """The stick and slip rules, written once for NumPy arrays and for the vectors of the kernels.
 
-    The rules are written once, for NumPy arrays here and for the vectors of the kernels.
+    The first: the way of a block that may slip, towards F_ex if |F_ex| > F_st, else 0. The second:
+    as `next_direction`.
     """
 
+    @compiled
     def _slip_direction(external_force, threshold):
         # not copysign: a sum of forces that is zero has the one sign or the other by chance
         towards = select(external_force < 0.0, -1.0, 1.0)
         return select(abs(external_force) > threshold, towards, 0.0)
 
-    return _slip_direction
-
-
-def next_direction_rule(select: Callable, slip_direction: Callable) -> Callable:
-    """The stick and slip rules as `next_direction` has them, for one kind of numbers."""
-
+    @compiled
     def _next_direction(direction, relative_velocity, external_force, threshold):
         undecided = direction * relative_velocity <= 0.0
-        return select(undecided, slip_direction(external_force, threshold), direction)
+        return select(undecided, _slip_direction(external_force, threshold), direction)
 
-    return _next_direction
+    return _slip_direction, _next_direction
 
 
-_next_direction = next_direction_rule(np.where, slip_direction_rule(np.where))
+_, _next_direction = direction_rules(np.where)
 
 
 def next_direction(

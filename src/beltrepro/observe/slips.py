@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.engine.integrator import Chunk
-from beltrepro.engine.law import Law, tension
+from beltrepro.engine.law import Law, of_blocks, tension
 from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -65,32 +65,17 @@ class SlipActivity:
 
     def laminar(self) -> dict[str, np.ndarray]:
         """laminar_fraction, _count, _mean, _longest (W,), the slip going on included."""
-        state = self._state.copy()
-        _close_phases(state, self._end, self._start, self._laminar_time)
-        count, total = state[:, _LAMINAR_COUNT], state[:, _LAMINAR_TIME]
+        _, _, count, total, longest = self._state.T
+        going_on = self._end - np.maximum(self._state[:, _SLIPPING_SINCE], self._start)
+        going_on = np.where(going_on > self._laminar_time, going_on, 0.0)  # NaN while it is stuck
+        count, total = count + (going_on > 0), total + going_on
         observed = self._end - self._start
         return {
             "laminar_fraction": total / observed if observed > 0 else np.full(len(total), np.nan),
             "laminar_count": count.astype(np.int64),
             "laminar_mean": np.divide(total, count, out=np.zeros_like(total), where=count > 0),
-            "laminar_longest": state[:, _LAMINAR_LONGEST],
+            "laminar_longest": np.maximum(longest, going_on),
         }
-
-
-@inlined
-def _close_phase(state, time, start, laminar_time):
-    began = max(state[_SLIPPING_SINCE], start)
-    length = time - began
-    if length > laminar_time:
-        state[_LAMINAR_COUNT] += 1
-        state[_LAMINAR_TIME] += length
-        state[_LAMINAR_LONGEST] = max(state[_LAMINAR_LONGEST], length)
-
-
-@kernel
-def _close_phases(states, time, start, laminar_time):
-    for lane in range(len(states)):
-        _close_phase(states[lane], time, start, laminar_time)
 
 
 @kernel
@@ -107,14 +92,18 @@ def _follow(events, event_count, start, laminar_time, slip_count, stick_count, s
                     slip_count[lane, block] += 1
                 else:
                     stick_count[lane, block] += 1
-            if block == last_block:
-                if slips:
-                    state[_SLIPPING_SINCE] = time
-                else:
-                    if time > start:
-                        _close_phase(state, time, start, laminar_time)
-                    state[_SLIPPING_SINCE] = np.nan
-                    state[_LAST_STICK] = time
+            if block != last_block:
+                continue
+            if slips:
+                state[_SLIPPING_SINCE] = time
+                continue
+            length = time - max(state[_SLIPPING_SINCE], start)
+            if time > start and length > laminar_time:
+                state[_LAMINAR_COUNT] += 1
+                state[_LAMINAR_TIME] += length
+                state[_LAMINAR_LONGEST] = max(state[_LAMINAR_LONGEST], length)
+            state[_SLIPPING_SINCE] = np.nan
+            state[_LAST_STICK] = time
 
 
 class SlipOrder:
@@ -228,39 +217,26 @@ def slips_and_avalanches(
     """
     slips = np.zeros((len(events), 6))
     avalanches = np.zeros((len(events), 7))
+    n_blocks, moving = len(state.positions), int(np.count_nonzero(state.directions))
     blocks = _Blocks(
-        stuck_at=np.full(len(state.positions), state.time),
+        belt_velocity=state.parameters.belt_velocity,
+        stuck_at=np.full(n_blocks, state.time),
         stuck_position=state.positions,
-        slip_time=np.full(len(state.positions), np.nan),
-        slip_position=np.zeros(len(state.positions)),
-        slip_loss=np.zeros(len(state.positions)),
-        slipped=np.zeros(len(state.positions)),
+        slip_time=np.full(n_blocks, np.nan),
+        slip_position=np.zeros(n_blocks),
+        slip_loss=np.zeros(n_blocks),
+        slipped=np.zeros(n_blocks),
     )
-    chain = _Chain(
-        law_constants,
-        state.parameters.by_block("rest_length"),
-        state.parameters.by_block("stiffness"),
-        state.parameters.belt_velocity,
-    )
-    n_slips, n_avalanches = _collect(
-        events, start, int(np.count_nonzero(state.directions)), chain, blocks, slips, avalanches
-    )
+    laws = law_constants, of_blocks(state.parameters)
+    n_slips, n_avalanches = _collect(events, start, moving, *laws, blocks, slips, avalanches)
     records = _records(avalanches[:n_avalanches], point, AVALANCHE)
     return _records(slips[:n_slips], point, SLIP), records
-
-
-class _Chain(NamedTuple):
-    """Constants of the chain whose events are read."""
-
-    law: Law
-    rest_length: np.ndarray  # (N,) of the springs
-    stiffness: np.ndarray  # (N,)
-    belt_velocity: float
 
 
 class _Blocks(NamedTuple):
     """What is known of the blocks while the events are read; arrays (N,)."""
 
+    belt_velocity: float
     stuck_at: np.ndarray  # time of the last stick
     stuck_position: np.ndarray
     slip_time: np.ndarray  # start of the slip going on, else NaN
@@ -282,30 +258,53 @@ def _records(columns, point, dtype):
 
 
 @allocating_kernel
-def _collect(events, start, moving, chain, blocks, slips, avalanches):
+def _collect(events, start, moving, law, varied, blocks, slips, avalanches):
     """Write slips (K, 6) and avalanches (A, 7), and count them; `moving` blocks slip before."""
     avalanche = np.zeros(5)
     avalanche[_BEGAN] = -np.inf  # earlier than any start
+    last = len(blocks.stuck_at) - 1
     goes_on = False
     n_slips, n_avalanches = 0, 0
     for index in range(len(events)):
         event = events[index]
-        block = int(event[EVENT_BLOCK])
+        time, block = event[EVENT_TIME], int(event[EVENT_BLOCK])
         if event[EVENT_SLIP] > 0.0:
             if moving == 0 and not goes_on:
-                _begin_avalanche(event[EVENT_TIME], chain, blocks, avalanche)
-            _begin_slip(event, block, blocks, avalanche)
+                avalanche[_BEGAN] = time
+                avalanche[_ENERGY] = _energy_at_rest(time, law, varied, blocks)
+                avalanche[_LENGTH] = _position_at_rest(time, last, blocks)
+                avalanche[_LOSS] = 0.0
+                avalanche[_SLIPS] = 0.0
+                blocks.slipped[:] = 0.0
+            avalanche[_SLIPS] += 1.0
+            blocks.slipped[block] = 1.0
+            blocks.slip_time[block] = time
+            blocks.slip_position[block] = event[EVENT_POSITION]
+            blocks.slip_loss[block] = event[EVENT_DISSIPATED]
             moving += 1
             continue
         moving -= 1
+        loss = event[EVENT_DISSIPATED] - blocks.slip_loss[block]
         if blocks.slip_time[block] >= start:
-            _write_slip(event, block, blocks, slips[n_slips])
+            row = slips[n_slips]
+            row[0] = block + 1
+            row[1], row[2] = blocks.slip_time[block], time
+            row[3], row[4] = blocks.slip_position[block], event[EVENT_POSITION]
+            row[5] = loss
             n_slips += 1
-        _end_slip(event, block, blocks, avalanche)
+        avalanche[_LOSS] += loss
+        blocks.slip_time[block] = np.nan
+        blocks.stuck_at[block] = time
+        blocks.stuck_position[block] = event[EVENT_POSITION]
         # a block that reverses sticks and slips at one instant
         goes_on = _slips_at_once(events, index)
         if moving == 0 and not goes_on and avalanche[_BEGAN] >= start:
-            _write_avalanche(event[EVENT_TIME], chain, blocks, avalanche, avalanches[n_avalanches])
+            row = avalanches[n_avalanches]
+            row[0], row[1] = avalanche[_BEGAN], time
+            row[2], row[3] = avalanche[_SLIPS], blocks.slipped.sum()
+            row[4] = avalanche[_LOSS]
+            row[5] = avalanche[_ENERGY] - _energy_at_rest(time, law, varied, blocks)
+            row[6] = _position_at_rest(time, last, blocks) - avalanche[_LENGTH]
             n_avalanches += 1
     return n_slips, n_avalanches
 
@@ -320,75 +319,25 @@ def _slips_at_once(events, index):
 
 
 @inlined
-def _begin_slip(event, block, blocks, avalanche):
-    avalanche[_SLIPS] += 1.0
-    blocks.slipped[block] = 1.0
-    blocks.slip_time[block] = event[EVENT_TIME]
-    blocks.slip_position[block] = event[EVENT_POSITION]
-    blocks.slip_loss[block] = event[EVENT_DISSIPATED]
-
-
-@inlined
-def _end_slip(event, block, blocks, avalanche):
-    avalanche[_LOSS] += event[EVENT_DISSIPATED] - blocks.slip_loss[block]
-    blocks.slip_time[block] = np.nan
-    blocks.stuck_at[block] = event[EVENT_TIME]
-    blocks.stuck_position[block] = event[EVENT_POSITION]
-
-
-@inlined
-def _write_slip(event, block, blocks, row):
-    row[0] = block + 1
-    row[1] = blocks.slip_time[block]
-    row[2] = event[EVENT_TIME]
-    row[3] = blocks.slip_position[block]
-    row[4] = event[EVENT_POSITION]
-    row[5] = event[EVENT_DISSIPATED] - blocks.slip_loss[block]
-
-
-@inlined
-def _begin_avalanche(time, chain, blocks, avalanche):
-    avalanche[_BEGAN] = time
-    avalanche[_ENERGY] = _energy_at_rest(time, chain, blocks)
-    avalanche[_LENGTH] = _position_at_rest(time, len(blocks.stuck_at) - 1, chain, blocks)
-    avalanche[_LOSS] = 0.0
-    avalanche[_SLIPS] = 0.0
-    blocks.slipped[:] = 0.0
-
-
-@inlined
-def _write_avalanche(time, chain, blocks, avalanche, row):
-    row[0] = avalanche[_BEGAN]
-    row[1] = time
-    row[2] = avalanche[_SLIPS]
-    row[3] = blocks.slipped.sum()
-    row[4] = avalanche[_LOSS]
-    row[5] = avalanche[_ENERGY] - _energy_at_rest(time, chain, blocks)
-    last = _position_at_rest(time, len(blocks.stuck_at) - 1, chain, blocks)
-    row[6] = last - avalanche[_LENGTH]
-
-
-@inlined
-def _position_at_rest(time, block, chain, blocks):
+def _position_at_rest(time, block, blocks):
     """Position of a block that has been stuck since its last stick."""
     age = time - blocks.stuck_at[block]
-    return blocks.stuck_position[block] + chain.belt_velocity * age
+    return blocks.stuck_position[block] + blocks.belt_velocity * age
 
 
 @inlined
-def _energy_at_rest(time, chain, blocks):
+def _energy_at_rest(time, law, varied, blocks):
     """Energy of the springs while all blocks are stuck, as `beltrepro.model.spring` has it."""
-    law = chain.law
     energy = 0.0
     previous = 0.0
     for block in range(len(blocks.stuck_at)):
-        position = _position_at_rest(time, block, chain, blocks)
-        deformation = position - previous - chain.rest_length[block]
+        position = _position_at_rest(time, block, blocks)
+        deformation = position - previous - varied.rest_length[block]
         previous = position
         rate = law.compression_rate if deformation < 0.0 else law.extension_rate
         linear = min(abs(deformation), law.linear_limit)
         excess = abs(deformation) - linear
         beyond = abs(tension(deformation, law)) - linear
         stored = 0.5 * linear * linear + excess * linear + (beyond - excess) / rate
-        energy += stored * chain.stiffness[block]
+        energy += stored * varied.stiffness[block]
     return energy
