@@ -45,7 +45,7 @@ class Workflow:
         self._top = top
         self._known: dict[str, dict] = {}
         self._codes = dependencies.KeptHashes(top / ".snakemake" / "code_hashes.json")
-        self._tree = dependencies.Tree()
+        self._package = dependencies.Sources()
         registry.check_names(self.plan.datasets)
         inputs = [*self.plan.datasets, *self.filmed, *self.tables]
         for entries in (self.tables, self.figures):
@@ -277,9 +277,7 @@ class Workflow:
         text = hashlib.sha256(path.read_bytes()).hexdigest()
         return self._codes.get(
             json.dumps([script, text, functions, choices]),
-            lambda: dependencies.code_hash(
-                *functions, script=path, choices=choices, tree=self._tree
-            ),
+            lambda: self._package.code_hash(*functions, script=path, choices=choices),
         )
 
     def code_of_batch(self, wildcards: Any) -> str:
@@ -298,9 +296,8 @@ class Workflow:
 
     def code_of_table(self, wildcards: Any) -> str:
         """Code behind a table: the function of its name."""
-        name = Path(wildcards.table).name
-        functions = (f"{self.tables[name].module}:{function}" for function in (name, "derive"))
-        return self.code("derive.py", *functions)
+        function = f"{self._table(wildcards).module}:{Path(wildcards.table).name}"
+        return self.code("derive.py", function)
 
     def code_of_figure(self, wildcards: Any) -> str:
         """Code behind a figure: what draws and what saves it."""
