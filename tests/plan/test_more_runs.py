@@ -190,7 +190,7 @@ def test_first_batches_are_told_nothing_of_more_runs_and_the_whole_is():
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"by": 0}, "datasets.one.more_runs.by = 0: must be at least 1"),
+        ({"by": 0}, "datasets.one.more_runs.by = 0: must be greater than or equal to 1"),
         ({"half_width": 0}, "half_width = 0: must be greater than 0"),
         ({"half_width": "narrow"}, "must be a number"),
         (
