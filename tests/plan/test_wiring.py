@@ -69,7 +69,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
         return {}
 
     monkeypatch.setattr(kinds, "resolve_name", {KINDS[kind].record: recording}.__getitem__)
-    whole = planned(kind).batch_spec("one", 0)
+    whole = planned(kind).batch_spec("one", "0000")
     names = [*QUANTITIES, *KINDS[kind].settings]
     heard = set()
     for spec in (whole, *(changed(whole, name) for name in names)):
@@ -90,7 +90,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
 
 @pytest.mark.parametrize("name", [*QUANTITIES, *KINDS["scan"].settings, "dataset", "run", "preset"])
 def test_whatever_a_batch_is_told_is_known_of_its_file(tmp_path, name):
-    spec = planned().batch_spec("one", 0)
+    spec = planned().batch_spec("one", "0000")
     other = changed(spec, name) if name in QUANTITIES | SETTINGS else spec | {name: "other"}
     arrays = {"mean_length": np.array([1.0, 2.0])}
     arrays = kinds.columns(points_of(spec["points"])) | arrays
@@ -126,14 +126,14 @@ def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
 def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
     plan = planned()
     paths, expected, points = [], [], []
-    for number, batch in enumerate(plan.datasets["one"].batches):
-        spec = plan.batch_spec("one", number)
-        paths.append(tmp_path / f"{number}.h5")
+    for name, (_, batch, *_) in plan.datasets["one"].batches.items():
+        spec = plan.batch_spec("one", name)
+        paths.append(tmp_path / f"{name}.h5")
         expected.append(files.expected(spec))
         points += batch
         arrays = {"mean_length": np.array([point.belt_velocity for point in batch])}
         files.write(paths[-1], spec, kinds.columns(batch) | arrays)
-    assert [len(batch) for batch in plan.datasets["one"].batches] == [2, 1]
+    assert [len(batch.points) for batch in plan.datasets["one"].batches.values()] == [2, 1]
     join, spec = script("join")["join"], plan.dataset_spec("one")
     join(paths, expected, spec, tmp_path / "one.h5")
     whole = files.read(tmp_path / "one.h5", files.expected(spec))
@@ -150,7 +150,7 @@ def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
 def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
     lengths = {"duration": 900, "transient": 340}
     plan = planned(n_blocks=[3, 13], belt_velocity={3: [5, 7], 13: 6}, **lengths)
-    specs = [plan.batch_spec("one", number) for number in range(2)]
+    specs = [plan.batch_spec("one", name) for name in plan.datasets["one"].batches]
     parts = []
     for spec in specs:
         arrays = kinds.record("scan", points_of(spec["points"]), spec["settings"])

@@ -186,27 +186,30 @@ def test_a_batch_asks_for_twice_its_time_and_for_more_when_it_is_sent_again():
     flow = Workflow(CONFIG | {"preset": "paper"})
     asked = []
     for name, dataset in flow.plan.datasets.items():
-        batches = [(flow.minutes_of_batch, {"batch": "0000"}, dataset.batches[0])]
-        batches += [(flow.minutes_of_added, {"added": one.name}, one.most) for one in dataset.added]
-        for minutes, job, points in batches:
-            first, second = (minutes(SimpleNamespace(dataset=name, **job), n) for n in (1, 2))
-            assert 60 * first > 2 * dearest * dataset.work(points)
+        for batch in dataset.batches.values():
+            job = SimpleNamespace(dataset=name, batch=batch.name)
+            first, second = (flow.minutes_of_batch(job, attempt) for attempt in (1, 2))
+            assert 60 * first > 2 * dearest * dataset.work(batch.most)
             assert second == 2 * first
             asked.append(first)
     assert 10 <= min(asked) < 12 and 60 < max(asked) < 120  # as docs/cluster.md says
 
 
 def test_code_behind_a_batch_is_that_of_the_integrators_and_kicks_of_its_points(monkeypatch):
-    flow, tried = Workflow(CONFIG | {"preset": "smoke"}), set()
-    monkeypatch.setattr(flow, "code", lambda script, function, choices: (function, choices))
+    flow, tried = Workflow(CONFIG | {"preset": "paper"}), set()
+    monkeypatch.setattr(flow, "code", lambda *called, choices: (*called, choices))
     for name, dataset in flow.plan.datasets.items():
-        for number, batch in enumerate(dataset.batches):
-            choices = {point.method for point in batch}
-            choices |= {"kicked"} if any(point.kick for point in batch) else set()
-            result = flow.code_of_batch(SimpleNamespace(dataset=name, batch=f"{number:04d}"))
-            assert result == (dataset.kind.record, tuple(sorted(choices)))
-            tried.add(result[1])
-    assert {("event",), ("verlet",), ("event", "kicked")} <= tried
+        for batch in dataset.batches.values():
+            choices = {point.method for point in batch.points}
+            choices |= {"kicked"} if any(point.kick for point in batch.points) else set()
+            script, record, *rule, chosen = flow.code_of_batch(
+                SimpleNamespace(dataset=name, batch=batch.name)
+            )
+            assert (record, chosen) == (dataset.kind.record, tuple(sorted(choices)))
+            adds = ["beltrepro.replication.plan.more_runs:wanted"] * bool(batch.looks_at)
+            assert (script, rule) == ("add_runs.py" if adds else "simulate.py", adds)
+            tried |= {chosen, script}
+    assert {("event",), ("verlet",), ("event", "kicked"), "add_runs.py"} <= tried
 
 
 def test_every_script_is_used():

@@ -1,6 +1,8 @@
 # Datasets: their points are simulated in batches, runs are added where these are too few, and the
 # batches are joined into one file.
 
+FIRST, ADDED = "[0-9]{4}", "round[0-9]+_[0-9]{4}"
+
 
 rule simulate:
     "Simulate one batch of points of a dataset."
@@ -10,6 +12,8 @@ rule simulate:
         "<logs>/batches/{dataset}/{batch}.log",
     benchmark:
         "<benchmarks>/batches/{dataset}/{batch}.tsv"
+    wildcard_constraints:
+        batch=FIRST,
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
@@ -31,24 +35,26 @@ rule add_runs:
     input:
         FLOW.runs_so_far,
     output:
-        "<results>/batches/{dataset}/{added}.h5",
+        "<results>/batches/{dataset}/{batch}.h5",
     log:
-        "<logs>/batches/{dataset}/{added}.log",
+        "<logs>/batches/{dataset}/{batch}.log",
     benchmark:
-        "<benchmarks>/batches/{dataset}/{added}.tsv"
+        "<benchmarks>/batches/{dataset}/{batch}.tsv"
+    wildcard_constraints:
+        batch=ADDED,
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
         mem_mb=at_attempt(3000),
-        runtime=FLOW.minutes_of_added,
+        runtime=FLOW.minutes_of_batch,
     params:
-        spec=FLOW.added_spec,
-        expected=FLOW.expected_so_far,
-        code=FLOW.code_of_added,
+        spec=FLOW.batch_spec,
+        expected=FLOW.expected_batches,
+        code=FLOW.code_of_batch,
     message:
-        "Adding runs to {wildcards.dataset} ({wildcards.added})"
+        "Adding runs to {wildcards.dataset} ({wildcards.batch})"
     script:
         "../scripts/add_runs.py"
 

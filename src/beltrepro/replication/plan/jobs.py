@@ -63,30 +63,19 @@ class Job:
 
 def simulation_jobs(plan: Plan) -> list[Job]:
     """All simulation jobs of a plan, of those that add runs all that there can be."""
-    first = [
-        Job(
-            kind=dataset.kind.name,
-            method=batch[0].method,
-            noise=batch[0].noise > 0,
-            name=f"batches/{dataset.name}/{number:04d}",
-            work=dataset.work(batch),
-        )
-        for dataset in plan.datasets.values()
-        for number, batch in enumerate(dataset.batches)
-    ]
-    added = [
+    jobs = [
         Job(
             kind=dataset.kind.name,
             method=batch.most[0].method,
             noise=batch.most[0].noise > 0,
             name=f"batches/{dataset.name}/{batch.name}",
             work=dataset.work(batch.most),
-            adds=True,
+            adds=bool(batch.looks_at),
         )
         for dataset in plan.datasets.values()
-        for batch in dataset.added
+        for batch in dataset.batches.values()
     ]
-    return sorted([*first, *added], key=lambda job: job.cost_class)
+    return sorted(jobs, key=lambda job: (job.cost_class, job.adds))
 
 
 def draw(jobs: list[Job], seed: int) -> list[Job]:
