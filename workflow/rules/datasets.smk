@@ -22,7 +22,7 @@ rule simulate:
         mem_mb=at_attempt(3000),
         runtime=FLOW.minutes_of_batch,
     params:
-        spec=FLOW.batch_spec,
+        spec=lambda wildcards: FLOW.plan.batch_spec(wildcards.dataset, wildcards.batch),
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
@@ -50,7 +50,7 @@ rule add_runs:
         mem_mb=at_attempt(3000),
         runtime=FLOW.minutes_of_batch,
     params:
-        spec=FLOW.batch_spec,
+        spec=lambda wildcards: FLOW.plan.batch_spec(wildcards.dataset, wildcards.batch),
         expected=FLOW.expected_batches,
         code=FLOW.code_of_batch,
     message:
@@ -79,7 +79,7 @@ rule join:
         mem_mb=at_attempt(3000),
         runtime=at_attempt(10),
     params:
-        spec=FLOW.dataset_spec,
+        spec=lambda wildcards: FLOW.plan.dataset_spec(wildcards.dataset),
         expected=FLOW.expected_batches,
         code=FLOW.code("join.py", "beltrepro.replication.plan.files:join"),
     message:

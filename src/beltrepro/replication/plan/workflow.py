@@ -154,40 +154,22 @@ class Workflow:
         """Files that a table, figure or film is made from, by name of what they hold."""
         return self.files_of(*self._sources(wildcards))
 
-    def of_figure(self, field: str) -> Callable[[Any], Any]:
-        """What the entry of the figure says under this name, for a directive."""
-        return lambda wildcards: getattr(self.figures[wildcards.figure], field)
-
-    def figure_labels(self, wildcards: Any) -> dict[str, str]:
-        """Labels of a figure in Snakemake's report."""
-        return {"figure": wildcards.figure, "title": self.figures[wildcards.figure].title}
+    def about(self, field: str) -> Callable[[Any], Any]:
+        """What the entry of a figure or table says under this name, for a directive."""
+        return lambda wildcards: getattr(self._entry(wildcards), field)
 
     def _sources(self, wildcards: Any) -> tuple[str, ...]:
         if hasattr(wildcards, "film"):
             return (self.plan.films[wildcards.film].dataset,)
+        return self._entry(wildcards).uses
+
+    def _entry(self, wildcards: Any) -> registry.Figure | registry.Table:
         if hasattr(wildcards, "figure"):
-            return self.figures[wildcards.figure].uses
-        return self._table(wildcards).uses
+            return self.figures[wildcards.figure]
+        return self.tables[Path(wildcards.table).name]  # it may lie at the top of the results
 
     def _batch(self, wildcards: Any) -> Batch:
         return self.plan.datasets[wildcards.dataset].batches[wildcards.batch]
-
-    def _table(self, wildcards: Any) -> registry.Table:
-        return self.tables[Path(wildcards.table).name]  # it may lie at the top of the results
-
-    # --- what a job is told; all of it in params, so that a change reruns the job ---
-
-    def batch_spec(self, wildcards: Any) -> dict:
-        """What a batch is told."""
-        return self.plan.batch_spec(wildcards.dataset, wildcards.batch)
-
-    def dataset_spec(self, wildcards: Any) -> dict:
-        """What the file of a dataset is told."""
-        return self.plan.dataset_spec(wildcards.dataset)
-
-    def film_spec(self, wildcards: Any) -> dict:
-        """What a film is told."""
-        return self.plan.films[wildcards.film].spec()
 
     # --- what files must say of themselves ---
 
@@ -272,7 +254,7 @@ class Workflow:
 
     def code_of_table(self, wildcards: Any) -> str:
         """Code behind a table: the function of its name."""
-        function = f"{self._table(wildcards).module}:{Path(wildcards.table).name}"
+        function = f"{self._entry(wildcards).module}:{Path(wildcards.table).name}"
         return self.code("derive.py", function)
 
     def code_of_figure(self, wildcards: Any) -> str:
