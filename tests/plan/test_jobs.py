@@ -52,16 +52,6 @@ def test_work_is_chains_times_blocks_times_time():
     assert of_map == sum(500000 * point.n_blocks for point in paper.datasets["size_rows"].points)
 
 
-def test_short_steps_weigh_for_the_scheme_that_takes_them():
-    datasets = plan("paper").datasets
-    short = [p._replace(time_step=0.0005) for p in datasets["pairs_states_verlet"].points[:3]]
-    usual = [point._replace(time_step=0.001) for point in short]
-    for method, ratio in (("verlet", 2), ("event", 1)):
-        by_method = [[p._replace(method=method) for p in one] for one in (short, usual)]
-        work = [datasets["pairs_states_verlet"].work(points) for points in by_method]
-        assert work[0] == ratio * work[1]
-
-
 def test_classes_tell_noise():
     jobs = simulation_jobs(plan("paper"))
     assert {job.noise for job in jobs if job.name.startswith("batches/n5_u7/")} == {False, True}

@@ -178,14 +178,6 @@ def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
     assert {point.method for point in scheme["motion_map"].points} == {"event"}
 
 
-def test_pairs_differ_in_method_and_random_numbers_and_in_nothing_else(plan):
-    names = ("n_blocks", "belt_velocity", "noise", "initial_spread", "replicate")
-    for part in ("paths", "r", "slips", "states"):
-        ours, theirs = (plan.datasets[f"pairs_{part}_{m}"].values() for m in ("verlet", "event"))
-        assert [ours[name] for name in names] == [theirs[name] for name in names]
-        assert ours["seed"] == [1] and theirs["seed"] == ([1] if part == "paths" else [2])
-
-
 # --- layers ---------------------------------------------------------------------------------------
 
 

@@ -293,7 +293,8 @@ HOUSEKEEPING = (
             {"fig03", "fig04", "fig05"},
         ),
         (["join.py:join"], {"join", "film", "track", "derive", "draw", "claims", "report"}, None),
-        (["figure.py:main", *HOUSEKEEPING], {"draw", "report"}, {*FIGURES}),
+        (["figure.py:main"], {"draw", "report"}, {*FIGURES}),
+        (HOUSEKEEPING, {"film", "track", "derive", "draw", "claims", "report"}, None),
     ],
 )
 def test_an_edit_reruns_what_uses_it_and_no_simulation(finished, places, rules, figures):
@@ -391,31 +392,30 @@ def test_a_second_run_is_refused_in_one_line(tree):
 # --- errors ---
 
 
-def test_bad_configuration_is_one_line(tree):
-    """Which values are bad, and what is said of each: test_config."""
-    setting = 'presets={"smoke": {"datasets": {"n5_map": {"belt_velocity": -3}}}}'
-    done = snakemake(tree, "--dry-run", settings=["preset=smoke", setting])
-    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
-    assert done.returncode == 1
-    assert len(lines) == 1, done.stderr
-    assert lines[0].startswith("error: config.yaml: ") and "greater than 0" in lines[0]
-    assert "Traceback" not in done.stdout + done.stderr
+NEGATIVE = 'presets={"smoke": {"datasets": {"n5_map": {"belt_velocity": -3}}}}'
+MISSPELT = 'presets={"smoke": {"datasets": {"n5_u7": {"more_runs": {"halfwidth": 1}}}}}'
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("arguments", "settings", "words"),
-    [
-        (["fig2"], ["preset=smoke"], "did you mean 'fig22'?"),
-        (["results/smoke/batches/u1/9999.h5"], ["preset=smoke"], "u1/9999.h5': allowed are files"),
-        (["--forcerun", "simulat"], ["preset=smoke"], "did you mean 'simulate'?"),
-        ([], ["preset=smoke", "fig12"], "targets stand before --config"),
+def wrong_calls():
+    """Which values are bad, and what is said of each: test_config, test_snakemake_call."""
+    smoke = "preset=smoke"
+    yield pytest.param([], [smoke, NEGATIVE], "must be greater than 0")
+    for case in (
+        ([], [smoke, MISSPELT], "did you mean 'half_width'?"),
+        (["fig2"], [smoke], "did you mean 'fig22'?"),
+        (["results/smoke/batches/u1/9999.h5"], [smoke], "u1/9999.h5': allowed are files"),
+        (["results/smoke/batches/u1/round1_0000.h5"], [smoke], "allowed are files of this run"),
+        (["--forcerun", "simulat"], [smoke], "did you mean 'simulate'?"),
+        ([], [smoke, "fig12"], "targets stand before --config"),
         (["--profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
         (["--workflow-profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
         ([], ["model.friction_ratio=0.6"], """--config 'model={"friction_ratio": 0.6}'"""),
-    ],
-)
-def test_wrong_command_line_is_one_line(tree, arguments, settings, words):
+    ):
+        yield pytest.param(*case, marks=pytest.mark.thorough)
+
+
+@pytest.mark.parametrize(("arguments", "settings", "words"), list(wrong_calls()))
+def test_a_wrong_call_is_one_line(tree, arguments, settings, words):
     done = snakemake(tree, "--dry-run", *arguments, settings=settings)
     lines = [line for line in done.stderr.splitlines() if "profile" not in line]
     assert done.returncode == 1
@@ -452,21 +452,6 @@ def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
     assert [line for line in said.splitlines() if "profile" not in line] == []
 
 
-@pytest.mark.thorough
-def test_figure_of_an_unknown_dataset_is_one_line(tree):
-    module = tree / "src/beltrepro/replication/studies/noise/fig13.py"
-    before = module.read_text()
-    try:
-        module.write_text(before.replace('"n5_rows_check"', '"n5_rows_chek"'))
-        done = snakemake(tree, "--dry-run", "fig12")
-    finally:
-        module.write_text(before)
-    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
-    assert done.returncode == 1 and len(lines) == 1, done.stderr
-    assert lines[0].startswith("error: fig13 uses 'n5_rows_chek', which preset")
-    assert lines[0].endswith("smoke lacks; did you mean 'n5_rows_check'?")
-
-
 @pytest.fixture
 def job(tmp_path):
     log = [str(tmp_path / "logs" / "job.log")]
@@ -476,28 +461,24 @@ def job(tmp_path):
     logging.basicConfig(force=True)
 
 
-@pytest.mark.parametrize("kind", [InputError, ModelStateError])
-def test_expected_error_of_a_job_is_one_line(job, kind):
+@pytest.mark.parametrize(
+    ("error", "words", "is_expected"),
+    [
+        (InputError("N=5, u=1: went wrong"), "N=5, u=1: went wrong", True),
+        (ModelStateError("N=5: broke"), "N=5: broke", True),
+        (ZeroDivisionError("oops\nand"), "ZeroDivisionError: oops (traceback in {log})", False),
+    ],
+)
+def test_an_error_of_a_job_is_one_line_and_in_its_log(job, error, words, is_expected):
     def main(job):
-        raise kind("N=5, u=1, sigma=0: went wrong")
+        raise error
 
     with pytest.raises(SystemExit) as caught:
         scripting.run(main, job)
-    assert caught.value.code == "error in rule simulate: N=5, u=1, sigma=0: went wrong"
-    log = Path(job.log[0]).read_text()
-    assert len(log.splitlines()) == 1 and log.endswith("went wrong\n")
-
-
-def test_unexpected_error_of_a_job_leaves_its_traceback_in_the_log(job):
-    def main(job):
-        raise ZeroDivisionError("oops\nand more")
-
-    with pytest.raises(SystemExit) as caught:
-        scripting.run(main, job)
-    assert caught.value.code == (
-        f"error in rule simulate: ZeroDivisionError: oops (traceback in {job.log[0]})"
-    )
-    assert "Traceback" in Path(job.log[0]).read_text()
+    assert caught.value.code == f"error in rule simulate: {words.format(log=job.log[0])}"
+    first, *others = Path(job.log[0]).read_text().splitlines()
+    assert words.partition(" (")[0] in first and is_expected == (others == [])
+    assert is_expected or "Traceback" in str(others)
 
 
 # --- progress ---
@@ -534,29 +515,16 @@ def test_time_left_in_words(seconds, text):
 # --- runs that are added ---
 
 
-def with_replicates(run, last, **more):
-    """A target and the settings of a run with few short replicates, numbered from 1 to the last."""
-    dataset = {"belt_velocity": [6, 14, 18, 33], "noise": [1], "points_per_job": 6}
-    dataset |= {"replicate": {"start": 1, "stop": last, "step": 1}, "duration": 400} | more
-    dataset |= {"transient": 100, "initial_spread": 1}
-    presets = {"smoke": {"datasets": {"n5_u7": dataset}}}
-    settings = ["preset=smoke", f"run={run}", f"presets={json.dumps(presets)}"]
-    return f"results/{run}/datasets/n5_u7.h5", settings
-
-
 @pytest.mark.thorough
 def test_runs_are_added_in_jobs_that_are_planned(tree):
     rule = {"by": 4, "up_to": 13, "of": "disorder_parameter", "half_width": 0.01}
-    target, settings = with_replicates("added", 5, more_runs=rule, noise=[0, 1])
-    count = jobs(snakemake(tree, "--dry-run", target, settings=settings))
-    assert count == {"simulate": 8, "add_runs": 4, "join": 1}  # a row with noise and one without
-    none = "results/added/batches/n5_u7/round3_0000.h5"
-    done = snakemake(tree, "--dry-run", none, settings=settings)
-    assert done.returncode == 1 and "allowed are files of this run" in done.stderr
-    target, settings = with_replicates("added", 5, more_runs=rule | {"halfwidth": 1})
-    done = snakemake(tree, "--dry-run", target, settings=settings)
-    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
-    assert len(lines) == 1 and lines[0].endswith("did you mean 'half_width'?"), done.stderr
+    dataset = {"belt_velocity": [6, 14, 18, 33], "noise": [0, 1], "points_per_job": 6}
+    dataset |= {"replicate": {"start": 1, "stop": 5, "step": 1}, "more_runs": rule}
+    presets = {"smoke": {"datasets": {"n5_u7": dataset | {"duration": 400, "transient": 100}}}}
+    settings = ["preset=smoke", "run=added", f"presets={json.dumps(presets)}"]
+    dry_run = snakemake(tree, "--dry-run", "results/added/datasets/n5_u7.h5", settings=settings)
+    # in two rounds; a row with noise and one without
+    assert jobs(dry_run) == {"simulate": 8, "add_runs": 4, "join": 1}
 
 
 # --- the whole, slow ---
