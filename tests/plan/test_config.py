@@ -17,7 +17,8 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
 from beltrepro.replication.plan.plan import make_plan
-from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED
+from beltrepro.replication.plan.points import LAW, QUANTITIES
+from small_plans import configuration as single
 
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load_config(ROOT / "config.yaml")
@@ -121,16 +122,6 @@ OF_TYPE = {
     "object": {"number": 1, "null": None},
     "string": {"number": 1, "true": True, "null": None, "no keys": {}},
 }
-
-
-def single(kind="scan", **keys):
-    """A configuration with one dataset of one point."""
-    lengths = {"duration": 100, "transient": 50, "settle_time": 50}
-    required = [name for name in KINDS[kind].settings if SETTINGS[name].default is REQUIRED]
-    point = {"kind": kind, "n_blocks": 2, "belt_velocity": 10, "method": "event"}
-    dataset = point | {name: lengths[name] for name in required} | keys
-    presets = {"own": {"defaults": {}, "datasets": {}}}
-    return {"preset": "own", "seed": 3, "datasets": {"one": dataset}, "presets": presets}
 
 
 def keys_of(kind):

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 import scipy.stats
 
+import small_plans
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, kinds
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.jobs import Job, draw, estimate, simulation_jobs
 from beltrepro.replication.plan.more_runs import MoreRuns, half_width, rows, runs_at_places, wanted
-from beltrepro.replication.plan.plan import LEAST_RUNS, MOST_ROUNDS, make_plan
+from beltrepro.replication.plan.plan import LEAST_RUNS, MOST_ROUNDS
 from beltrepro.replication.plan.points import points_in, points_of
 from beltrepro.replication.plan.workflow import Workflow
 
@@ -26,12 +27,10 @@ RULE = {"by": 3, "up_to": 10, "of": "disorder_parameter", "half_width": 0.01}
 
 def planned(more_runs=RULE, **keys):
     """A plan with a dataset of two rows of four velocities, five runs at each."""
-    dataset = {"kind": "scan", "n_blocks": 2, "belt_velocity": [5, 8, 9, 20], "noise": [0.5, 1]}
-    dataset |= {"replicate": {"start": 2, "stop": 6, "step": 1}, "points_per_job": 6}
-    dataset |= {"duration": 40, "transient": 10, "method": "event", "initial_spread": 2} | keys
-    dataset |= {"more_runs": more_runs}
-    presets = {"own": {"datasets": {"one": dataset}}}
-    return make_plan({"preset": "own", "seed": 3, "datasets": {}, "presets": presets})
+    dataset = {"belt_velocity": [5, 8, 9, 20], "noise": [0.5, 1], "points_per_job": 6}
+    dataset |= {"replicate": {"start": 2, "stop": 6, "step": 1}, "initial_spread": 2}
+    dataset |= {"duration": 40, "transient": 10, "more_runs": more_runs} | keys
+    return small_plans.planned(dataset.pop("kind", "scan"), **dataset)
 
 
 def added(plan):
@@ -189,7 +188,7 @@ def test_first_batches_are_told_nothing_of_more_runs_and_the_whole_is():
         ({"half_width": "narrow"}, "must be a number"),
         (
             {"off": "r"},
-            "unknown key 'off' in presets.own.datasets.one.more_runs; did you mean 'of'",
+            "unknown key 'off' in datasets.one.more_runs; did you mean 'of'",
         ),
         (
             {"of": "disorder"},

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import small_plans
 from beltrepro.model.units import TIME_S, VELOCITY_M_S
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import grid_values, make_plan
@@ -33,12 +34,8 @@ def planned(name, *changes, preset="standard"):
 
 
 def single(**keys):
-    """A dataset of a made-up preset, one point unless the keys say otherwise."""
-    point = {"kind": "scan", "n_blocks": 5, "belt_velocity": 10}
-    defaults = {"duration": 100, "transient": 50}
-    made_up = {"own": {"defaults": defaults, "datasets": {"one": point | keys}}}
-    whole = {"preset": "own", "seed": 3, "datasets": {}, "presets": made_up}
-    return make_plan(whole).datasets["one"]
+    """A dataset, one point unless the keys say otherwise."""
+    return small_plans.planned(**{"n_blocks": 5} | keys).datasets["one"]
 
 
 @pytest.fixture(scope="module", params=sorted(CONFIG["presets"]))

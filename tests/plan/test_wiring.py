@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import small_plans
 from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import described, files, inputs, kinds, tables
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
-from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, points_of
 from beltrepro.replication.plan.workflow import Workflow
 
@@ -35,12 +35,8 @@ OTHER = {  # than those of `planned`, and sensible
 
 def planned(kind="scan", **keys):
     """A dataset of three points of two sizes, cut into unequal batches."""
-    lengths = {"duration": 60, "transient": 20, "settle_time": 15}
-    point = {"kind": kind, "n_blocks": [2, 3], "belt_velocity": {2: [5, 7], 3: 6}, "noise": 1}
-    point |= {name: lengths[name] for name in KINDS[kind].settings if name in lengths}
-    point |= {"method": "event", "initial_spread": 0.5, "replicate": 2, "points_per_job": 2} | keys
-    presets = {"own": {"datasets": {"one": point}}}
-    return make_plan({"preset": "own", "seed": 3, "run": "r", "datasets": {}, "presets": presets})
+    points = {"n_blocks": [2, 3], "belt_velocity": {2: [5, 7], 3: 6}, "noise": 1, "replicate": 2}
+    return small_plans.planned(kind, **points | {"initial_spread": 0.5, "points_per_job": 2} | keys)
 
 
 def changed(spec, name):
