@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import small_plans
+from beltrepro.model import ChainParameters
 from beltrepro.model.units import TIME_S, VELOCITY_M_S
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import grid_values, make_plan
-from beltrepro.replication.plan.points import QUANTITIES, columns, plain, points_of
+from beltrepro.replication.plan.points import QUANTITIES, REQUIRED, columns, plain, points_of
+from beltrepro.simulation.setup import Setup
 
 CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
 
@@ -82,6 +84,16 @@ def test_any_quantity_can_be_an_axis(name):
     points_made = single(**{name: AXES[name]}, **exact).points
     expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else AXES[name]
     assert [getattr(point, name) for point in points_made] == expected
+
+
+def test_defaults_are_those_of_the_library():
+    (case,) = Setup([ChainParameters(n_blocks=2, belt_velocity=10)]).cases
+    for name, about in QUANTITIES.items():
+        parts = [part for part in (case, case.parameters, case.state) if hasattr(part, name)]
+        if name in ("n_blocks", "belt_velocity"):
+            assert about.default is REQUIRED
+        else:
+            assert {about.default} == {getattr(part, name) for part in parts}, name
 
 
 def test_the_last_quantity_varies_fastest():

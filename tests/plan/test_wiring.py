@@ -7,6 +7,7 @@ import runpy
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import small_plans
@@ -142,6 +143,18 @@ def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
         join(paths, expected[:1], spec, tmp_path / "wrong.h5")
 
 
+@pytest.mark.parametrize(
+    ("noise", "words"),
+    [(0, "verlet"), (1, "event"), ([0, 1], "verlet (sigma = 0), event (sigma > 0)")],
+)
+def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, words):
+    methods = {"without_noise": "verlet", "with_noise": "event"}
+    plan = planned(noise=noise, method=methods)
+    arrays = kinds.columns(plan.datasets["one"].points)
+    files.write(tmp_path / "one.h5", plan.dataset_spec("one"), arrays)
+    assert files.read_any(tmp_path / "one.h5").attributes["method"] == words
+
+
 @pytest.mark.filterwarnings("ignore:loading is measured")
 def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
     lengths = {"duration": 900, "transient": 340}
@@ -193,8 +206,6 @@ def test_a_film_of_another_run_is_not_tracked_and_the_remedy_is_for_the_film(tmp
 
 
 def test_a_table_is_refused_where_its_sources_are_others(tmp_path):
-    import pandas as pd
-
     sources = {"one": {"digest": "a"}, "two": {"digest": "b"}, "three": {"digest": "c"}}
     frame = pd.DataFrame({"a": [1]})
     tables.write(tmp_path / "t.csv", frame, title="T.", columns={}, sources=sources)
@@ -204,6 +215,21 @@ def test_a_table_is_refused_where_its_sources_are_others(tmp_path):
         other = sources | {name: {"digest": "d"}}
         with pytest.raises(InputError, match="made from other datasets"):
             inputs.check(tmp_path / "t.csv", about | {"sources": other})
+
+
+def test_the_lineage_of_a_result_names_every_dataset_behind_it(tmp_path):
+    """Of three inputs, a dataset stands between what was made from others."""
+    plan, frame = planned(), pd.DataFrame({"a": [1]})
+    paths = {"first": tmp_path / "first.csv", "one": tmp_path / "one.h5"}
+    paths["last"] = tmp_path / "last.csv"
+    behind = {"first": {"u1": {"digest": "a"}, "u2": {"digest": "b"}}, "last": {"u3": {}}}
+    for name, origins in behind.items():
+        tables.write(paths[name], frame, title="T.", columns={}, sources={}, lineage=origins)
+    files.write(paths["one"], plan.dataset_spec("one"), kinds.columns(plan.datasets["one"].points))
+    expected = {"one": files.expected(plan.dataset_spec("one"))}
+    lineage = inputs.lineage(paths, inputs.load(paths, expected))
+    assert list(lineage) == ["one", "u1", "u2", "u3"]
+    assert lineage["u1"] == {"digest": "a"} and lineage["one"]["config"]["dataset"] == "one"
 
 
 # --- what files must say of themselves ---
