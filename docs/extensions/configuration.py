@@ -58,7 +58,7 @@ def _values(described: dict) -> str:
         required = about.default is points.REQUIRED
         default = "required" if required else markdown.code(json.dumps(about.default))
         unit = markdown.plain(points.UNITS[about.unit])
-        allowed = _allowed(TypeAdapter(about.type).json_schema())
+        allowed = _allowed(TypeAdapter(config.type_of(about.type, **about.limits)).json_schema())
         words = markdown.plain(config.words_of(about))
         rows.append([markdown.code(name), words, unit, allowed, default])
     return markdown.table(["key", "what it is", "unit", "allowed", "default"], rows)

@@ -150,14 +150,14 @@ GOOD |= {"number": "'3'"}
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"title": None}, "title is missing"),
+        ({"title": None}, "missing 1 required keyword-only argument: 'title'"),
         ({"words": "3"}, "words must be text"),
         ({"title": "'No full stop'"}, "must be one sentence"),
         ({"uses": "('a', 'a')"}, "must be a tuple of different names"),
         ({"category": "'Others'"}, "category = 'Others': allowed are"),
         ({"number": None}, "number must be given"),
         ({"category": "'Further studies'"}, "number must be given"),
-        ({"titel": "'x'"}, "unknown field 'titel': allowed are title, uses"),
+        ({"titel": "'x'"}, "unexpected keyword argument 'titel'; allowed are title, uses"),
         ({"title": "NAME + '.'"}, "title = NAME + '.': must be a literal"),
         (None, "must be Figure"),
     ],

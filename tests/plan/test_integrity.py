@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 import damages
+import small_plans
 from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
@@ -18,18 +19,15 @@ from beltrepro.extras import verification
 from beltrepro.extras.verification import NEAR, SAME, WRONG
 from beltrepro.replication.drawing import style
 from beltrepro.replication.plan import files, inputs, manifest, tables
-from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
 
 OTHER = {"processor": "another processor"}
 
 
 def plan(preset="own", **changes):
-    point = {"kind": "scan", "n_blocks": [2, 5], "belt_velocity": [5, 10, 15, 20]}
-    rows = point | {"noise": 1, "replicate": {"count": 8}} | changes
-    presets = {preset: {"defaults": {"transient": 50}, "datasets": {"rows": rows}}}
-    presets[preset]["defaults"]["duration"] = 2000
-    return make_plan({"preset": preset, "seed": 3, "datasets": {}, "presets": presets})
+    rows = {"n_blocks": [2, 5], "belt_velocity": [5, 10, 15, 20], "noise": 1}
+    rows |= {"replicate": {"count": 8}, "duration": 2000} | changes
+    return small_plans.planned(name="rows", preset=preset, **rows)
 
 
 def arrays_of(points, noise=0.0, seed=1):

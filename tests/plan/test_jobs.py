@@ -52,16 +52,6 @@ def test_work_is_chains_times_blocks_times_time():
     assert of_map == sum(500000 * point.n_blocks for point in paper.datasets["size_rows"].points)
 
 
-def test_short_steps_weigh_for_the_scheme_that_takes_them():
-    datasets = plan("paper").datasets
-    short = [p._replace(time_step=0.0005) for p in datasets["pairs_states_verlet"].points[:3]]
-    usual = [point._replace(time_step=0.001) for point in short]
-    for method, ratio in (("verlet", 2), ("event", 1)):
-        by_method = [[p._replace(method=method) for p in one] for one in (short, usual)]
-        work = [datasets["pairs_states_verlet"].work(points) for points in by_method]
-        assert work[0] == ratio * work[1]
-
-
 def test_classes_tell_noise():
     jobs = simulation_jobs(plan("paper"))
     assert {job.noise for job in jobs if job.name.startswith("batches/n5_u7/")} == {False, True}
@@ -161,38 +151,39 @@ def test_estimate_of_time_memory_and_disk():
 
 # --- on many cores ---
 
-FREE = {"overhead": 0.0, "rate": np.inf}  # what a schedule on paper costs
+AT_ONCE = np.inf  # jobs sent in a second
 
 
-def test_known_schedules():
-    assert wall_seconds([3, 1, 2, 4], 1, **FREE) == 10
-    # core 1: 3, then 4; core 2: 1, 2
-    assert wall_seconds([3, 1, 2, 4], 2, **FREE) == 7
-    assert wall_seconds([3, 1, 2, 4], 4, **FREE) == wall_seconds([3, 1, 2, 4], 9, **FREE) == 4
-    # Graham's worst case: 2 - 1/p times the optimum, which is 3
-    assert wall_seconds([1, 1, 1, 1, 1, 1, 3], 3, **FREE) == 5
+@pytest.mark.parametrize(
+    ("seconds", "cores", "rate", "wall"),
+    [
+        ([3, 1, 2, 4], 1, AT_ONCE, 10),
+        ([3, 1, 2, 4], 2, AT_ONCE, 7),  # core 1: 3, then 4; core 2: 1, 2
+        ([3, 1, 2, 4], 4, AT_ONCE, 4),
+        ([3, 1, 2, 4], 9, AT_ONCE, 4),
+        # Graham's worst case: 2 - 1/p times the optimum, which is 3
+        ([1, 1, 1, 1, 1, 1, 3], 3, AT_ONCE, 5),
+        ([10] * 100, 1000, 2, 99 / 2 + 10),  # the last of 100 is sent after 99/2 s
+    ],
+)
+def test_known_schedules(seconds, cores, rate, wall):
+    assert wall_seconds(seconds, cores, rate) == wall
 
 
 def test_schedule_lies_between_its_bounds():
     seconds = np.random.default_rng(1).exponential(100, 300)
     for cores in (1, 7, 50, 400):
         least = max(seconds.sum() / cores, seconds.max())
-        seconds_needed = wall_seconds(seconds, cores, **FREE)
+        seconds_needed = wall_seconds(seconds, cores, AT_ONCE)
         assert least * (1 - 1e-12) <= seconds_needed <= (2 - 1 / cores) * least
 
 
-def test_starts_and_sending_cost_time():
-    assert wall_seconds([10] * 4, 2, overhead=1, rate=np.inf) == 22
-    # the last of 100 is sent after 99/2 s
-    assert wall_seconds([10] * 100, 1000, overhead=0, rate=2) == 99 / 2 + 10
-
-
 def test_table_says_what_limits():
-    answer = wall_times([100.0] * 99 + [2000.0], (1, 100), **FREE)
+    answer = wall_times([100.0] * 99 + [2000.0], (1, 100), AT_ONCE)
     assert list(answer["limit"]) == ["work", "longest job"]
     assert answer["hours"].tolist() == pytest.approx([11900 / 3600, 2000 / 3600])
     assert answer["busy"].tolist() == pytest.approx([1, 11900 / (100 * 2000)])
-    assert wall_times([1.0] * 50, (1000,), overhead=0, rate=2)["limit"][0] == "sending"
+    assert wall_times([1.0] * 50, (1000,), rate=2)["limit"][0] == "sending"
 
 
 def test_time_of_a_job_is_its_work_times_the_cost_of_its_class():

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 import scipy.stats
 
+import small_plans
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, kinds
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.jobs import Job, draw, estimate, simulation_jobs
 from beltrepro.replication.plan.more_runs import MoreRuns, half_width, rows, runs_at_places, wanted
-from beltrepro.replication.plan.plan import LEAST_RUNS, MOST_ROUNDS, make_plan
+from beltrepro.replication.plan.plan import LEAST_RUNS, MOST_ROUNDS
 from beltrepro.replication.plan.points import points_in, points_of
 from beltrepro.replication.plan.workflow import Workflow
 
@@ -26,12 +27,15 @@ RULE = {"by": 3, "up_to": 10, "of": "disorder_parameter", "half_width": 0.01}
 
 def planned(more_runs=RULE, **keys):
     """A plan with a dataset of two rows of four velocities, five runs at each."""
-    dataset = {"kind": "scan", "n_blocks": 2, "belt_velocity": [5, 8, 9, 20], "noise": [0.5, 1]}
-    dataset |= {"replicate": {"start": 2, "stop": 6, "step": 1}, "points_per_job": 6}
-    dataset |= {"duration": 40, "transient": 10, "method": "event", "initial_spread": 2} | keys
-    dataset |= {"more_runs": more_runs}
-    presets = {"own": {"datasets": {"one": dataset}}}
-    return make_plan({"preset": "own", "seed": 3, "datasets": {}, "presets": presets})
+    dataset = {"belt_velocity": [5, 8, 9, 20], "noise": [0.5, 1], "points_per_job": 6}
+    dataset |= {"replicate": {"start": 2, "stop": 6, "step": 1}, "initial_spread": 2}
+    dataset |= {"duration": 40, "transient": 10, "more_runs": more_runs} | keys
+    return small_plans.planned(dataset.pop("kind", "scan"), **dataset)
+
+
+def added(plan):
+    """The jobs that add runs."""
+    return [batch for batch in plan.datasets["one"].batches.values() if batch.looks_at]
 
 
 def script(name):
@@ -143,59 +147,48 @@ def test_to_stop_when_precise_draws_no_point_to_the_branch_it_is_near():
 
 
 def test_each_row_is_looked_at_once_a_round_with_all_its_runs():
-    noisy = planned(
-        noise=[0.5, 1, 2], replicate={"start": 1, "stop": 7, "step": 1}, points_per_job=9
-    )
-    dataset = noisy.datasets["one"]
-    assert [batch.name for batch in dataset.added] == ["round1_0000", "round1_0001"]
-    assert [len(batch.planned) for batch in dataset.added] == [2 * 28, 28]
+    seven = {"start": 1, "stop": 7, "step": 1}
+    batches = added(planned(noise=[0.5, 1, 2], replicate=seven, points_per_job=9))
+    assert [batch.name for batch in batches] == ["round1_0000", "round1_0001"]
+    assert [len(batch.points) for batch in batches] == [2 * 28, 28]
     unequal = {"n_blocks": [2, 3], "replicate": {2: {"count": 7}, 3: {"count": 5}}, "noise": 1}
-    dataset = planned(**unequal, points_per_job=99).datasets["one"]
-    assert [len(batch.most) for batch in dataset.added] == [
-        3 * 8,
-        2 * 8,
-    ]  # as those with fewest ask
-    dataset = planned().datasets["one"]
-    assert [batch.name for batch in dataset.added] == [
-        *("round1_0000", "round2_0000", "round1_0001", "round2_0001")
-    ]
-    held = dict(zip(dataset.batch_names, dataset.batches, strict=False))
-    for batch in dataset.added:
-        first = [name for name in batch.looks_at if name in held]
-        assert set(batch.planned) <= {point for name in first for point in held[name]}
-        assert all(set(held[name]) & set(batch.planned) for name in first)
-    others = [[name for name in batch.looks_at if name not in held] for batch in dataset.added]
+    batches = added(planned(**unequal, points_per_job=99))
+    assert [len(batch.most) for batch in batches] == [3 * 8, 2 * 8]  # as those with fewest ask
+    dataset, batches = planned().datasets["one"], added(planned())
+    names = ["round1_0000", "round2_0000", "round1_0001", "round2_0001"]
+    assert [*dataset.batches] == [*(f"{number:04d}" for number in range(7)), *names]
+    for batch in batches:
+        first = [dataset.batches[name].points for name in batch.looks_at if name not in names]
+        assert {*batch.points} <= {point for points in first for point in points}
+        assert all({*points} & {*batch.points} for points in first)
+    others = [[name for name in batch.looks_at if name in names] for batch in batches]
     assert others == [[], ["round1_0000"], [], ["round1_0001"]]
-    assert [len(batch.most) for batch in dataset.added] == [12, 8, 12, 8]
-    assert dataset.batch_names == ["0000", "0001", "0002", "0003", "0004", "0005", "0006"] + [
-        batch.name for batch in dataset.added
-    ]
+    assert [len(batch.most) for batch in batches] == [12, 8, 12, 8]
 
 
 def test_first_batches_are_told_nothing_of_more_runs_and_the_whole_is():
     without, with_them = planned(None), planned()
-    assert without.datasets["one"].added == () and without.dataset_spec(
-        "one"
-    ) != with_them.dataset_spec("one")
-    spec, fewer = with_them.batch_specs("one"), without.batch_specs("one")
+    assert added(without) == []
+    assert without.dataset_spec("one") != with_them.dataset_spec("one")
+    spec, fewer = specs(with_them), specs(without)
     assert list(spec.items())[: len(fewer)] == list(fewer.items())
     digests = {files.digest(part) for part in [*spec.values(), with_them.dataset_spec("one")]}
     assert len(digests) == len(spec) + 1 and json.loads(json.dumps(spec)) == spec
     for name, value in {"by": 2, "up_to": 9, "of": "mean_length", "half_width": 0.02}.items():
         other = planned(RULE | {name: value})
         assert files.digest(other.dataset_spec("one")) not in digests
-        assert files.digest(other.batch_specs("one")["round1_0000"]) not in digests
+        assert files.digest(other.batch_spec("one", "round1_0000")) not in digests
 
 
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"by": 0}, "datasets.one.more_runs.by = 0: must be at least 1"),
+        ({"by": 0}, "datasets.one.more_runs.by = 0: must be greater than or equal to 1"),
         ({"half_width": 0}, "half_width = 0: must be greater than 0"),
         ({"half_width": "narrow"}, "must be a number"),
         (
             {"off": "r"},
-            "unknown key 'off' in presets.own.datasets.one.more_runs; did you mean 'of'",
+            "unknown key 'off' in datasets.one.more_runs; did you mean 'of'",
         ),
         (
             {"of": "disorder"},
@@ -209,7 +202,7 @@ def test_first_batches_are_told_nothing_of_more_runs_and_the_whole_is():
 )
 def test_a_rule_that_cannot_be_meant_is_one_line(keys, words):
     if words is None:
-        assert len(planned(RULE | keys).datasets["one"].added) == 2
+        assert len(added(planned(RULE | keys))) == 2
         keys, words = keys | {"up_to": 10**5, "by": 10**5}, "makes 1.2e+06 points, at most 1000000"
         many = {"belt_velocity": [5, 6, 7, 8, 9, 10]}
     else:
@@ -262,15 +255,17 @@ def test_the_crate_says_what_added_runs_are_made_from():
 # --- the same bits --------------------------------------------------------------------------------
 
 
+def specs(plan):
+    return {name: plan.batch_spec("one", name) for name in plan.datasets["one"].batches}
+
+
 def made(plan, folder):
     """A dataset of a plan, simulated batch by batch by the scripts of the workflow."""
-    spec, added = plan.batch_specs("one"), plan.datasets["one"].added
-    looks_at = {batch.name: batch.looks_at for batch in added}
+    spec = specs(plan)
     paths = {name: folder / f"{name}.h5" for name in spec}
     expected = {name: files.expected(part) for name, part in spec.items()}
     for name, part in spec.items():
-        if name in looks_at:
-            sources = looks_at[name]
+        if sources := plan.datasets["one"].batches[name].looks_at:
             script("add_runs")(
                 part, [paths[k] for k in sources], [expected[k] for k in sources], paths[name]
             )
@@ -310,7 +305,7 @@ def test_added_runs_have_the_bits_of_runs_that_were_planned(tmp_path):
     assert spec.startswith("5 runs at ") and " runs at " in spec[12:]
     # nothing that is wide is left but where the most runs are
     left = wanted(
-        points_of(planned().added_spec("one", planned().datasets["one"].added[0])["points"]),
+        points_of(planned().batch_spec("one", "round1_0000")["points"]),
         points,
         grown.arrays["disorder_parameter"],
         MoreRuns(**RULE | {"half_width": limit}, along="belt_velocity"),

@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import small_plans
+from beltrepro.model import ChainParameters
 from beltrepro.model.units import TIME_S, VELOCITY_M_S
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import grid_values, make_plan
-from beltrepro.replication.plan.points import QUANTITIES, columns, plain, points_of
+from beltrepro.replication.plan.points import QUANTITIES, REQUIRED, columns, plain, points_of
+from beltrepro.simulation.setup import Setup
 
 CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
 
@@ -33,12 +36,8 @@ def planned(name, *changes, preset="standard"):
 
 
 def single(**keys):
-    """A dataset of a made-up preset, one point unless the keys say otherwise."""
-    point = {"kind": "scan", "n_blocks": 5, "belt_velocity": 10}
-    defaults = {"duration": 100, "transient": 50}
-    made_up = {"own": {"defaults": defaults, "datasets": {"one": point | keys}}}
-    whole = {"preset": "own", "seed": 3, "datasets": {}, "presets": made_up}
-    return make_plan(whole).datasets["one"]
+    """A dataset, one point unless the keys say otherwise."""
+    return small_plans.planned(**{"n_blocks": 5} | keys).datasets["one"]
 
 
 @pytest.fixture(scope="module", params=sorted(CONFIG["presets"]))
@@ -87,6 +86,16 @@ def test_any_quantity_can_be_an_axis(name):
     assert [getattr(point, name) for point in points_made] == expected
 
 
+def test_defaults_are_those_of_the_library():
+    (case,) = Setup([ChainParameters(n_blocks=2, belt_velocity=10)]).cases
+    for name, about in QUANTITIES.items():
+        parts = [part for part in (case, case.parameters, case.state) if hasattr(part, name)]
+        if name in ("n_blocks", "belt_velocity"):
+            assert about.default is REQUIRED
+        else:
+            assert {about.default} == {getattr(part, name) for part in parts}, name
+
+
 def test_the_last_quantity_varies_fastest():
     axes = {"seed": [1, 2], "noise": [0, 1], "belt_velocity": [5, 6], "replicate": {"count": 3}}
     points_made = single(**axes).points
@@ -120,17 +129,19 @@ def test_columns_and_plain_values_keep_the_points():
 
 def test_batches_hold_every_point_once_in_order(plan):
     for dataset in plan.datasets.values():
-        assert sum(dataset.batches, ()) == dataset.points
-        assert all(len(batch) <= dataset.points_per_job for batch in dataset.batches)
-        for batch in dataset.batches:
+        batches = [batch.points for batch in dataset.batches.values() if not batch.looks_at]
+        assert sum(batches, ()) == dataset.points
+        assert all(len(batch) <= dataset.points_per_job for batch in batches)
+        for batch in batches:
             assert len({(point.method, point.noise > 0) for point in batch}) == 1
 
 
 def test_batches_are_cut_where_noise_or_method_change():
     methods = {"without_noise": "verlet", "with_noise": "event"}
     dataset = single(noise=[0, 1], method=methods, replicate={"count": 7}, points_per_job=3)
-    assert [len(batch) for batch in dataset.batches] == [3, 3, 1, 3, 3, 1]
-    assert [batch[0].method for batch in dataset.batches] == ["verlet"] * 3 + ["event"] * 3
+    batches = [batch.points for batch in dataset.batches.values()]
+    assert [len(batch) for batch in batches] == [3, 3, 1, 3, 3, 1]
+    assert [batch[0].method for batch in batches] == ["verlet"] * 3 + ["event"] * 3
 
 
 def test_work_counts_steps_of_verlet_only():
@@ -149,10 +160,10 @@ def test_points_of_every_dataset_differ(plan):
 def test_what_is_told_is_plain_and_all_that_the_job_needs(plan):
     json.dumps(plan.settings())
     for name, dataset in plan.datasets.items():
-        number = len(dataset.batches) - 1
-        spec = plan.batch_spec(name, number)
+        last = [*dataset.batches][-1]
+        spec = plan.batch_spec(name, last)
         assert json.loads(json.dumps(spec)) == spec
-        assert tuple(points_of(spec["points"])) == dataset.batches[number]
+        assert tuple(points_of(spec["points"])) == dataset.batches[last].points
         assert spec["settings"].keys() == set(dataset.kind.settings)
 
 
@@ -174,14 +185,6 @@ def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
     scheme = make_plan(changed("method", "verlet")).datasets
     assert {point.method for point in scheme["n5_rows"].points} == {"verlet"}
     assert {point.method for point in scheme["motion_map"].points} == {"event"}
-
-
-def test_pairs_differ_in_method_and_random_numbers_and_in_nothing_else(plan):
-    names = ("n_blocks", "belt_velocity", "noise", "initial_spread", "replicate")
-    for part in ("paths", "r", "slips", "states"):
-        ours, theirs = (plan.datasets[f"pairs_{part}_{m}"].values() for m in ("verlet", "event"))
-        assert [ours[name] for name in names] == [theirs[name] for name in names]
-        assert ours["seed"] == [1] and theirs["seed"] == ([1] if part == "paths" else [2])
 
 
 # --- layers ---------------------------------------------------------------------------------------

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import damages
+import small_plans
 from beltrepro.base import atomic, provenance, seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.extras import verification
 from beltrepro.replication.plan import files, inputs
-from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import columns
 from beltrepro.replication.report.material import Material
 
@@ -27,10 +27,7 @@ DAMAGED = "damaged: its bytes do not have their checksum; to make it again: rm "
 
 def write(path):
     """A small dataset; what its file must say of itself."""
-    rows = {"kind": "scan", "n_blocks": 5, "belt_velocity": [5, 10]}
-    defaults = {"duration": 2000, "transient": 50}
-    presets = {"own": {"defaults": defaults, "datasets": {"rows": rows}}}
-    plan = make_plan({"preset": "own", "seed": 3, "datasets": {}, "presets": presets})
+    plan = small_plans.planned(name="rows", n_blocks=5, belt_velocity=[5, 10], duration=2000)
     spec, points = plan.dataset_spec("rows"), plan.datasets["rows"].points
     files.write(path, spec, columns(points) | {"disorder_parameter": np.array([0.1, 0.2])})
     return files.expected(spec)

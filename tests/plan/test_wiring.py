@@ -7,14 +7,15 @@ import runpy
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import small_plans
 from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import described, files, inputs, kinds, tables
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
-from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, points_of
 from beltrepro.replication.plan.workflow import Workflow
 
@@ -35,12 +36,8 @@ OTHER = {  # than those of `planned`, and sensible
 
 def planned(kind="scan", **keys):
     """A dataset of three points of two sizes, cut into unequal batches."""
-    lengths = {"duration": 60, "transient": 20, "settle_time": 15}
-    point = {"kind": kind, "n_blocks": [2, 3], "belt_velocity": {2: [5, 7], 3: 6}, "noise": 1}
-    point |= {name: lengths[name] for name in KINDS[kind].settings if name in lengths}
-    point |= {"method": "event", "initial_spread": 0.5, "replicate": 2, "points_per_job": 2} | keys
-    presets = {"own": {"datasets": {"one": point}}}
-    return make_plan({"preset": "own", "seed": 3, "run": "r", "datasets": {}, "presets": presets})
+    points = {"n_blocks": [2, 3], "belt_velocity": {2: [5, 7], 3: 6}, "noise": 1, "replicate": 2}
+    return small_plans.planned(kind, **points | {"initial_spread": 0.5, "points_per_job": 2} | keys)
 
 
 def changed(spec, name):
@@ -69,7 +66,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
         return {}
 
     monkeypatch.setattr(kinds, "resolve_name", {KINDS[kind].record: recording}.__getitem__)
-    whole = planned(kind).batch_spec("one", 0)
+    whole = planned(kind).batch_spec("one", "0000")
     names = [*QUANTITIES, *KINDS[kind].settings]
     heard = set()
     for spec in (whole, *(changed(whole, name) for name in names)):
@@ -90,7 +87,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
 
 @pytest.mark.parametrize("name", [*QUANTITIES, *KINDS["scan"].settings, "dataset", "run", "preset"])
 def test_whatever_a_batch_is_told_is_known_of_its_file(tmp_path, name):
-    spec = planned().batch_spec("one", 0)
+    spec = planned().batch_spec("one", "0000")
     other = changed(spec, name) if name in QUANTITIES | SETTINGS else spec | {name: "other"}
     arrays = {"mean_length": np.array([1.0, 2.0])}
     arrays = kinds.columns(points_of(spec["points"])) | arrays
@@ -126,14 +123,14 @@ def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
 def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
     plan = planned()
     paths, expected, points = [], [], []
-    for number, batch in enumerate(plan.datasets["one"].batches):
-        spec = plan.batch_spec("one", number)
-        paths.append(tmp_path / f"{number}.h5")
+    for name, (_, batch, *_) in plan.datasets["one"].batches.items():
+        spec = plan.batch_spec("one", name)
+        paths.append(tmp_path / f"{name}.h5")
         expected.append(files.expected(spec))
         points += batch
         arrays = {"mean_length": np.array([point.belt_velocity for point in batch])}
         files.write(paths[-1], spec, kinds.columns(batch) | arrays)
-    assert [len(batch) for batch in plan.datasets["one"].batches] == [2, 1]
+    assert [len(batch.points) for batch in plan.datasets["one"].batches.values()] == [2, 1]
     join, spec = script("join")["join"], plan.dataset_spec("one")
     join(paths, expected, spec, tmp_path / "one.h5")
     whole = files.read(tmp_path / "one.h5", files.expected(spec))
@@ -146,11 +143,23 @@ def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
         join(paths, expected[:1], spec, tmp_path / "wrong.h5")
 
 
+@pytest.mark.parametrize(
+    ("noise", "words"),
+    [(0, "verlet"), (1, "event"), ([0, 1], "verlet (sigma = 0), event (sigma > 0)")],
+)
+def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, words):
+    methods = {"without_noise": "verlet", "with_noise": "event"}
+    plan = planned(noise=noise, method=methods)
+    arrays = kinds.columns(plan.datasets["one"].points)
+    files.write(tmp_path / "one.h5", plan.dataset_spec("one"), arrays)
+    assert files.read_any(tmp_path / "one.h5").attributes["method"] == words
+
+
 @pytest.mark.filterwarnings("ignore:loading is measured")
 def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
     lengths = {"duration": 900, "transient": 340}
     plan = planned(n_blocks=[3, 13], belt_velocity={3: [5, 7], 13: 6}, **lengths)
-    specs = [plan.batch_spec("one", number) for number in range(2)]
+    specs = [plan.batch_spec("one", name) for name in plan.datasets["one"].batches]
     parts = []
     for spec in specs:
         arrays = kinds.record("scan", points_of(spec["points"]), spec["settings"])
@@ -197,8 +206,6 @@ def test_a_film_of_another_run_is_not_tracked_and_the_remedy_is_for_the_film(tmp
 
 
 def test_a_table_is_refused_where_its_sources_are_others(tmp_path):
-    import pandas as pd
-
     sources = {"one": {"digest": "a"}, "two": {"digest": "b"}, "three": {"digest": "c"}}
     frame = pd.DataFrame({"a": [1]})
     tables.write(tmp_path / "t.csv", frame, title="T.", columns={}, sources=sources)
@@ -208,6 +215,21 @@ def test_a_table_is_refused_where_its_sources_are_others(tmp_path):
         other = sources | {name: {"digest": "d"}}
         with pytest.raises(InputError, match="made from other datasets"):
             inputs.check(tmp_path / "t.csv", about | {"sources": other})
+
+
+def test_the_lineage_of_a_result_names_every_dataset_behind_it(tmp_path):
+    """Of three inputs, a dataset stands between what was made from others."""
+    plan, frame = planned(), pd.DataFrame({"a": [1]})
+    paths = {"first": tmp_path / "first.csv", "one": tmp_path / "one.h5"}
+    paths["last"] = tmp_path / "last.csv"
+    behind = {"first": {"u1": {"digest": "a"}, "u2": {"digest": "b"}}, "last": {"u3": {}}}
+    for name, origins in behind.items():
+        tables.write(paths[name], frame, title="T.", columns={}, sources={}, lineage=origins)
+    files.write(paths["one"], plan.dataset_spec("one"), kinds.columns(plan.datasets["one"].points))
+    expected = {"one": files.expected(plan.dataset_spec("one"))}
+    lineage = inputs.lineage(paths, inputs.load(paths, expected))
+    assert list(lineage) == ["one", "u1", "u2", "u3"]
+    assert lineage["u1"] == {"digest": "a"} and lineage["one"]["config"]["dataset"] == "one"
 
 
 # --- what files must say of themselves ---

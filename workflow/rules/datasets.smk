@@ -1,6 +1,8 @@
 # Datasets: their points are simulated in batches, runs are added where these are too few, and the
 # batches are joined into one file.
 
+FIRST, ADDED = "[0-9]{4}", "round[0-9]+_[0-9]{4}"
+
 
 rule simulate:
     "Simulate one batch of points of a dataset."
@@ -10,6 +12,8 @@ rule simulate:
         "<logs>/batches/{dataset}/{batch}.log",
     benchmark:
         "<benchmarks>/batches/{dataset}/{batch}.tsv"
+    wildcard_constraints:
+        batch=FIRST,
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
@@ -18,7 +22,7 @@ rule simulate:
         mem_mb=at_attempt(3000),
         runtime=FLOW.minutes_of_batch,
     params:
-        spec=FLOW.batch_spec,
+        spec=lambda wildcards: FLOW.plan.batch_spec(wildcards.dataset, wildcards.batch),
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
@@ -31,24 +35,26 @@ rule add_runs:
     input:
         FLOW.runs_so_far,
     output:
-        "<results>/batches/{dataset}/{added}.h5",
+        "<results>/batches/{dataset}/{batch}.h5",
     log:
-        "<logs>/batches/{dataset}/{added}.log",
+        "<logs>/batches/{dataset}/{batch}.log",
     benchmark:
-        "<benchmarks>/batches/{dataset}/{added}.tsv"
+        "<benchmarks>/batches/{dataset}/{batch}.tsv"
+    wildcard_constraints:
+        batch=ADDED,
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
     threads: 1
     resources:
         mem_mb=at_attempt(3000),
-        runtime=FLOW.minutes_of_added,
+        runtime=FLOW.minutes_of_batch,
     params:
-        spec=FLOW.added_spec,
-        expected=FLOW.expected_so_far,
-        code=FLOW.code_of_added,
+        spec=lambda wildcards: FLOW.plan.batch_spec(wildcards.dataset, wildcards.batch),
+        expected=FLOW.expected_batches,
+        code=FLOW.code_of_batch,
     message:
-        "Adding runs to {wildcards.dataset} ({wildcards.added})"
+        "Adding runs to {wildcards.dataset} ({wildcards.batch})"
     script:
         "../scripts/add_runs.py"
 
@@ -73,7 +79,7 @@ rule join:
         mem_mb=at_attempt(3000),
         runtime=at_attempt(10),
     params:
-        spec=FLOW.dataset_spec,
+        spec=lambda wildcards: FLOW.plan.dataset_spec(wildcards.dataset),
         expected=FLOW.expected_batches,
         code=FLOW.code("join.py", "beltrepro.replication.plan.files:join"),
     message:

@@ -20,7 +20,7 @@ rule film:
         mem_mb=at_attempt(1000),
         runtime=at_attempt(10),
     params:
-        spec=FLOW.film_spec,
+        spec=lambda wildcards: FLOW.plan.films[wildcards.film].spec(),
         expected=FLOW.expected_of_sources,
         code=FLOW.code("film.py", "beltrepro.replication.camera.camera:film"),
     message:

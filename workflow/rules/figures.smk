@@ -13,8 +13,11 @@ rule draw:
         png=report(
             "<results>/figures/{figure}.png",
             caption="../report/figure.rst",
-            category=FLOW.of_figure("category"),
-            labels=FLOW.figure_labels,
+            category=FLOW.about("category"),
+            labels=lambda wildcards: {
+                "figure": wildcards.figure,
+                "title": FLOW.about("title")(wildcards),
+            },
         ),
         pdf="<results>/figures/{figure}.pdf",
     log:
@@ -29,8 +32,9 @@ rule draw:
         runtime=at_attempt(10),
     params:
         expected=FLOW.expected_of_figure,
-        title=FLOW.of_figure("title"),
-        words=FLOW.of_figure("words"),
+        module=FLOW.about("module"),
+        title=FLOW.about("title"),
+        words=FLOW.about("words"),
         code=FLOW.code_of_figure,
     message:
         "Drawing {wildcards.figure}"

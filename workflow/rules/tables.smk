@@ -24,6 +24,9 @@ rule derive:
         mem_mb=at_attempt(4000),
         runtime=at_attempt(15),
     params:
+        module=FLOW.about("module"),
+        title=FLOW.about("title"),
+        columns=FLOW.about("columns"),
         expected=FLOW.expected_of_sources,
         code=FLOW.code_of_table,
     message:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_runs(spec: dict, paths: list, expected: list[dict], output, code: str = "") -> None:
-    """Simulate what is wanted beside the runs in some files; spec : see `Plan.added_spec`.
+    """Simulate what is wanted beside the runs in some files; spec : see `Plan.batch_spec`.
 
     expected : what each of the files must say of itself. A file without a run is written, too.
     """

@@ -2,7 +2,7 @@
 
 import numpy as np
 import numpy.typing as npt
-from scipy import signal, stats
+import scipy
 
 from beltrepro.base.errors import require
 from beltrepro.stats.estimates import CONFIDENCE, Estimate
@@ -24,7 +24,7 @@ def power_spectrum(
     values = np.asarray(values, dtype=float)
     require(values.size >= 16, f"{values.size} samples, a spectrum needs 16")
     length = values.size if segment is None else min(int(segment), values.size)
-    frequency, power = signal.welch(
+    frequency, power = scipy.signal.welch(
         values, fs=1 / sample_interval, window=window, nperseg=length, detrend="constant"
     )
     return frequency[1:], power[1:]
@@ -66,5 +66,5 @@ def exponent_of(law: PowerLawFit, frequency: npt.ArrayLike, *, resamples: int = 
         windowed = waves[1:-1] - (waves[:-2] + waves[2:]) / 2  # Hann's window
         power = np.abs(windowed) ** 2
         exponents.append(fit_power_law(frequency[:-1], power, low=law.low, high=law.high).exponent)
-    reach = float(stats.norm.ppf((1 + CONFIDENCE) / 2) * np.std(exponents))
+    reach = float(scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * np.std(exponents))
     return Estimate(law.exponent, law.exponent - reach, law.exponent + reach)

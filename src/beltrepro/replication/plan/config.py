@@ -6,25 +6,28 @@ and `films`. `python -m beltrepro.replication.plan.config` prints the schema as 
 """
 
 import datetime
-import itertools
 import json
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn, get_args
+from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin
 
 import yaml
 from pydantic import (
+    AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
     Strict,
     Tag,
     ValidationError,
+    WrapValidator,
     create_model,
 )
+from pydantic_core import PydanticCustomError
 from typing_extensions import TypeAliasType
 
 from beltrepro.base import reading
@@ -33,48 +36,15 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.model.parameters import LARGEST
 from beltrepro.replication.plan.filming import CAMERA
-from beltrepro.replication.plan.kinds import KINDS, LIST, SETTINGS
-from beltrepro.replication.plan.points import LAW, QUANTITIES, Described, Key, Method, Number, Whole
+from beltrepro.replication.plan.kinds import KINDS, SETTINGS
+from beltrepro.replication.plan.points import LAW, QUANTITIES, WORDS, Described, Method
 
 SOURCE = "config.yaml"
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
-MOST_BYTES = 1_000_000  # of a file of settings, and values in it, with all that repeats itself
-MOST_VALUES = 100_000
-DEEPEST = 50
+MOST_BYTES = 1_000_000  # of a file of settings
 
 
-class _Bounded(yaml.composer.Composer):
-    """Refuses what is nested without end, or is short only because it repeats itself."""
-
-    _depth = 0
-
-    def compose_node(self, parent: Any, index: Any) -> yaml.Node | None:
-        self._depth += 1
-        if self._depth > DEEPEST:
-            raise InputError(f"nested more than {DEEPEST} deep")
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
-
-    def get_single_node(self) -> yaml.Node | None:
-        whole = super().get_single_node()
-        left, nodes = MOST_VALUES, [whole]
-        while nodes:
-            node, left = nodes.pop(), left - 1
-            if left < 0:
-                raise InputError(f"more than {MOST_VALUES} values, perhaps without end")
-            if isinstance(node, yaml.MappingNode):
-                nodes += itertools.chain(*node.value)
-            elif isinstance(node, yaml.SequenceNode):
-                nodes += node.value
-        return whole
-
-
-class _Words(_Bounded, yaml.BaseLoader):
-    """Takes every value as text, as Snakemake does on the command line."""
-
-
-class _Loader(_Bounded, yaml.SafeLoader):
+class _Loader(yaml.SafeLoader):
     """Refuses what Snakemake's loader takes for something else than it looks like.
 
     That one reads YAML 1.1, in which 5:30 is 330, 010 is 8, and on is true; and of a key that is
@@ -118,16 +88,6 @@ def _stop(node: Any, problem: str) -> NoReturn:
     raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
 
-def check_text(text: str, name: str) -> None:
-    """Refuse a value of the command line on which Snakemake would not end."""
-    try:
-        yaml.compose(text, _Words)
-    except yaml.YAMLError:
-        return  # it stays text
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-
-
 def load_config(path: str | Path) -> dict:
     """Read a YAML file."""
     text = reading.text(path, MOST_BYTES)
@@ -137,10 +97,8 @@ def load_config(path: str | Path) -> dict:
         mark = error.problem_mark or error.context_mark
         place = f", line {mark.line + 1}" if mark else ""
         raise InputError(f"{path}{place}: {error.context or ''} {error.problem}") from None
-    except yaml.YAMLError as error:  # a character that no YAML file may have
+    except (yaml.YAMLError, RecursionError) as error:  # a character that no YAML file may have
         raise InputError(f"{path}: not YAML: {error}") from None
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: must be a mapping of keys to values")
     return content
@@ -157,6 +115,8 @@ def checked(config: dict) -> dict:
         return Config.model_validate(_plain(config, ())).model_dump(
             exclude_unset=True, warnings=False
         )
+    except RecursionError:
+        refuse("a value is part of itself, or nested too deep")
     except ValidationError as error:
         problems = error.errors(include_url=False)
     # A misspelt key is also a missing one: speak of the cause.
@@ -172,41 +132,87 @@ class _Keys(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-NAME = Annotated[str, Field(pattern="^[a-z][a-z0-9_]{0,99}$")]  # also that of a file
-Text = Annotated[str, Strict()]
+def _whole(value: object) -> object:
+    """2.0 is a whole number; what is none is left to be refused."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _different(values: list) -> list:
+    """Refuse a list in which a value occurs twice."""
+    if any(value in values[:place] for place, value in enumerate(values)):
+        raise PydanticCustomError("repeated", "the same value occurs twice")
+    return values
+
+
+def _unchanged(value: object, check: Callable[[object], object]) -> object:
+    """A film is known by a digest of its settings as text: 0 must not become 0.0."""
+    check(value)
+    return value
+
+
+_BASIC: dict[Any, Any] = {
+    float: Annotated[float, Strict()],
+    int: Annotated[int, Strict(), BeforeValidator(_whole)],
+    str: Annotated[str, Strict()],
+    bool: Annotated[bool, Strict()],
+}
+_LIST = Field(min_length=1, json_schema_extra={"uniqueItems": True}), AfterValidator(_different)
 _PREFIX = "#"  # of the tags of alternatives, which are no part of the path to a value
 
 
+def type_of(type_: Any, **limits: Any) -> Any:
+    """What pydantic checks a value by; limits : of a list, those of its values."""
+    parts = get_args(type_)
+    if get_origin(type_) is list:
+        one: Any = type_of(parts[0], **limits)
+        return Annotated[(list[one], *_LIST)]
+    if type(None) in parts:
+        return Annotated[_BASIC[parts[0]] | None, Field(**limits)]
+    return Annotated[_BASIC[type_], Field(**limits)] if type_ in _BASIC else type_
+
+
+def _type(about: Described) -> Any:
+    return type_of(about.type, **about.limits)
+
+
+def _not_null(type_: Any) -> Any:
+    """The type of a value that may be null, if it is not."""
+    parts = get_args(type_)
+    return parts[0] if type(None) in parts else type_
+
+
 def _keys(
-    name: str, doc: str, base: type[BaseModel] = _Keys, /, *, required: tuple = (), **types: Any
+    words: str,
+    base: type[BaseModel] = _Keys,
+    /,
+    *,
+    name: str = "",
+    also: str = "",
+    required: tuple = (),
+    **types: Any,
 ) -> Any:
-    """A type of keys with values, of which only those required must be given."""
-    fields: dict[str, Any] = {
-        key: (type_, ... if key in required else None) for key, type_ in types.items()
-    }
-    return create_model(name, __base__=base, __doc__=doc, **fields)
+    """A type of keys with values, of which only those required must be given.
+
+    words : where its words stand in words.yaml, to which `also` is added.
+    """
+    about = WORDS["keys"][words]
+    fields: dict[str, Any] = {}
+    for key, type_ in types.items():
+        described = Annotated[type_, Field(description=about[key])] if key in about else type_
+        fields[key] = (described, ... if key in required else None)
+    return create_model(name or words, __base__=base, __doc__=about["description"] + also, **fields)
 
 
-class Offset(_Keys):
-    """So much above the seed of the top level."""
-
-    offset: Annotated[Whole, Field(ge=0, description="Added to the seed of the top level.")]
-
-
-class Count(_Keys):
-    """The first so many."""
-
-    count: Annotated[Whole, Field(ge=1, le=LONGEST_GRID, description="Number of replicates.")]
-
-
-class Methods(_Keys):
-    """For points with sigma = 0 and others."""
-
-    without_noise: Method
-    with_noise: Method
-
-
-SPECIAL: dict[str, type[BaseModel]] = {"seed": Offset, "replicate": Count, "method": Methods}
+SPECIAL: dict[str, type[BaseModel]] = {
+    "seed": _keys("Offset", required=("offset",), offset=type_of(int, ge=0)),
+    "replicate": _keys("Count", required=("count",), count=type_of(int, ge=1, le=LONGEST_GRID)),
+    "method": _keys(
+        "Methods",
+        required=("without_noise", "with_noise"),
+        without_noise=Method,
+        with_noise=Method,
+    ),
+}
 
 
 def words_of(about: Described) -> str:
@@ -227,21 +233,17 @@ def words_of(about: Described) -> str:
 def _axis(about: Described) -> Any:
     """One value, a list, a range, what is special to a quantity, or a table N -> these."""
     name = about.name
-    one: Any = about.type
+    one: Any = _type(about)
     special = SPECIAL.get(name)
-    grid: Any = Annotated[one, Tag("#value")] | Annotated[list[one], *LIST, Tag("#list")]
+    grid: Any = Annotated[one, Tag("#value")]
+    grid |= Annotated[(list[one], *_LIST, Tag("#list"))]
     if special:
         grid |= Annotated[special, Tag("#special")]
     if name != "method":
-        number: Any = Whole if name in ("n_blocks", "seed", "replicate") else Number
-        end = Annotated[number, *one.__metadata__[1:]]  # of the quantity, but never null
-        least = Field(gt=0, description="Distance of values.")
-        range_ = _keys(
-            f"Range_{name}",
-            "Both ends and all between.",
-            required=("start", "stop", "step"),
-            **{"start": end, "stop": end, "step": Annotated[number, least]},
-        )
+        end = type_of(_not_null(about.type), **about.limits)
+        step = type_of(_not_null(about.type), gt=0)
+        ends = {"start": end, "stop": end, "step": step}
+        range_ = _keys("Range", name=f"Range_{name}", required=(*ends,), **ends)
         grid |= Annotated[range_, Tag("#range")]
 
     def way(value: object) -> str:
@@ -260,8 +262,7 @@ def _axis(about: Described) -> Any:
         table: Any = dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], rule]
         grid = Annotated[rule, Tag("#grid")] | Annotated[table, Tag("#table")]
         grid = Annotated[grid, Discriminator(_grid_or_table)]
-    axis = Annotated[grid, Field(description=words_of(about))]
-    return TypeAliasType(f"Axis_{name}", axis)
+    return TypeAliasType(f"Axis_{name}", Annotated[grid, Field(description=words_of(about))])
 
 
 def _grid_or_table(value: object) -> str:
@@ -269,152 +270,63 @@ def _grid_or_table(value: object) -> str:
     return "#table" if is_table else "#grid"
 
 
-def _setting(about: Described) -> Any:
-    return Annotated[about.type, Field(description=words_of(about))]
+def _settings(settings: Iterable[Described], *more: Any) -> dict[str, Any]:
+    """Types of settings, by name."""
+    return {
+        about.name: Annotated[(_type(about), *more, Field(description=words_of(about)))]
+        for about in settings
+    }
 
 
+def _named(keys: Any, **limits: Any) -> Any:
+    """A mapping of names, also of files, to keys of one type."""
+    name = Annotated[str, Field(pattern="^[a-z][a-z0-9_]{0,99}$")]
+    return Annotated[dict[name, keys], Field(**limits)]
+
+
+_COUNT = type_of(int, ge=1, le=LONGEST_GRID)
 Defaults = _keys(
     "Defaults",
-    "Quantities and settings of every dataset that gives no own.",
     **{name: _axis(about) for name, about in QUANTITIES.items()},
-    **{name: _setting(about) for name, about in SETTINGS.items()},
-    points_per_job=Annotated[
-        Whole,
-        Field(
-            ge=1,
-            le=MOST_POINTS,
-            description="Points that one job advances together; multiples of 32 are quick.",
-        ),
-    ],
+    **_settings(SETTINGS.values()),
+    points_per_job=type_of(int, ge=1, le=MOST_POINTS),
 )
 MoreRuns = _keys(
     "MoreRuns",
-    "Runs are added to a point, in rounds, while the mean of a number over its runs is not known "
-    "well enough there or at a neighbour along the axis with the most values: `by` at a time, to "
-    "`up_to`, until the 95 % interval of the mean of `of` is within `half_width` "
-    "(docs/workflow.md).",
     required=("by", "up_to", "of", "half_width"),
-    by=Annotated[Whole, Field(ge=1, le=LONGEST_GRID, description="Runs added in a round.")],
-    up_to=Annotated[Whole, Field(ge=1, le=LONGEST_GRID, description="Runs at a point, at most.")],
-    of=Annotated[Text, Field(description="The number: an array with one value for each point.")],
-    half_width=Annotated[
-        Number,
-        Field(
-            gt=0,
-            le=LARGEST,
-            description="Largest half-width allowed of the 95 % interval of its mean, in its unit.",
-        ),
-    ],
+    by=_COUNT,
+    up_to=_COUNT,
+    of=_BASIC[str],
+    half_width=type_of(float, gt=0, le=LARGEST),
 )
+_KIND = " ".join(f"{kind.name}: {kind.description}" for kind in KINDS.values())
+_OF_KINDS = "; ".join(f"{kind.name}: {', '.join(kind.settings)}" for kind in KINDS.values())
 Dataset = _keys(
     "Dataset",
-    "A table of points: every combination of its axes, each a value, a list or a range. The "
-    "settings allowed are those of its kind: "
-    + "; ".join(f"{kind.name}: {', '.join(kind.settings)}" for kind in KINDS.values())
-    + ".",
     Defaults,
-    kind=Annotated[
-        Literal[tuple(KINDS)],
-        Field(
-            description="What is recorded: "
-            + " ".join(f"{kind.name}: {kind.description}" for kind in KINDS.values())
-        ),
-    ],
-    like=Annotated[
-        Text,
-        Field(description="Name of a dataset of which this one takes all that it does not give."),
-    ],
-    more_runs=Annotated[
-        MoreRuns | None,
-        Field(description="When points get more runs than `replicate` says; null for never."),
-    ],
-    own_method=Annotated[
-        bool,
-        Strict(),
-        Field(
-            description="Keep the method, whatever the key `method` of the top level says: for "
-            "comparisons of methods."
-        ),
-    ],
+    also=f" {_OF_KINDS}.",
+    kind=Annotated[Literal[tuple(KINDS)], Field(description=f"What is recorded: {_KIND}")],
+    like=_BASIC[str],
+    more_runs=MoreRuns | None,
+    own_method=_BASIC[bool],
 )
-Camera = _keys(
-    "Camera",
-    "The virtual camera above the belt (docs/experiment.md).",
-    **{name: _setting(about) for name, about in CAMERA.items()},
-)
-
-
-Film = _keys(
-    "Film",
-    "A film. What it gives for the camera stands over `camera` of the top level.",
-    required=("of",),
-    of=Annotated[
-        Text,
-        Field(
-            description="Name of the dataset that is filmed: a series of one point, sampled at the "
-            "instants of the frames."
-        ),
-    ],
-    seconds=Annotated[
-        Number,
-        Field(gt=0, description="How much of it is filmed, from its beginning; all if absent."),
-    ],
-    camera=Camera,
-)
-
-
-def _named(keys: Any, description: str, **limits: Any) -> Any:
-    """A mapping of names to keys of one type."""
-    return Annotated[dict[NAME, keys], Field(description=description, **limits)]
-
-
-Preset = _keys(
-    "Preset",
-    "What one preset gives: all of it stands over the keys of the top level.",
-    based_on=Annotated[
-        Text,
-        Field(description="Name of a preset from which this one takes what it does not give."),
-    ],
-    defaults=Defaults,
-    datasets=_named(Dataset, "What this preset changes in single datasets, or adds."),
-)
-Law = _keys(
-    "Law",
-    "Constants of the chain and of the friction (Sec. III), for every dataset that does not give "
-    "its own.",
-    **{about.name: _setting(about) for about in LAW},
-)
-
-
+Camera = _keys("Camera", **_settings(CAMERA.values(), WrapValidator(_unchanged)))
+Film = _keys("Film", required=("of",), of=_BASIC[str], seconds=type_of(float, gt=0), camera=Camera)
+Preset = _keys("Preset", based_on=_BASIC[str], defaults=Defaults, datasets=_named(Dataset))
+Law = _keys("Law", **_settings(LAW))
 Config = _keys(
     "Config",
-    "Every key of config.yaml. Model units throughout (Sec. III of the paper): mass of a block and "
-    "spring constant are 1, the unit of length is 1.4 mm. Symbols, equations and sections are the "
-    "paper's.",
     required=("preset", "seed", "datasets", "presets"),
-    preset=Annotated[Text, Field(description="Which of `presets` to compute.")],
-    run=Annotated[
-        Text,
-        Field(
-            description="Name of the folder below results/; that of the preset if absent.",
-            pattern="^[A-Za-z0-9][A-Za-z0-9_.-]*$",
-            max_length=100,
-        ),
-    ],
-    seed=Annotated[Key, Field(description=QUANTITIES["seed"].description)],
-    method=Annotated[
-        Method,
-        Field(
-            description="One method for every dataset but those with own_method: true; absent, "
-            "each dataset has its own."
-        ),
-    ],
+    preset=_BASIC[str],
+    run=type_of(str, pattern="^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100),
+    seed=Annotated[_type(QUANTITIES["seed"]), Field(description=QUANTITIES["seed"].description)],
+    method=Method,
     model=Law,
     defaults=Defaults,
-    datasets=_named(Dataset, "What each dataset is, in all presets."),
+    datasets=_named(Dataset),
     camera=Camera,
-    films=_named(Film, "Films that the virtual camera takes of datasets."),
-    presets=_named(Preset, "Lengths and grids, and what else a variant changes.", min_length=1),
+    films=_named(Film),
+    presets=_named(Preset, min_length=1),
 )
 
 
@@ -481,58 +393,29 @@ def _plain(node: Any, path: tuple) -> Any:
     return number
 
 
-_LIMITS = {
-    "greater_than": ("gt", "must be greater than {:g}"),
-    "greater_than_equal": ("ge", "must be at least {:g}"),
-    "less_than": ("lt", "must be less than {:g}"),
-    "less_than_equal": ("le", "must be at most {:g}"),
-    "multiple_of": ("multiple_of", "must be a multiple of {:g}"),
-}
-_TYPES = {
-    "model_type": "a mapping of keys to values",
-    "dict_type": "a mapping of keys to values",
-    "list_type": "a list",
-    "string_type": "text",
-    "bool_type": "true or false",
-    "float_type": "a number",
-    "int_type": "a whole number",
-}
-
-
 def _explain(problem: Any) -> NoReturn:
     """Raise what pydantic says of a value as one line of ours."""
     path = [part for part in problem["loc"] if not str(part).startswith(_PREFIX)]
-    value, context, kind = problem["input"], problem.get("ctx", {}), problem["type"]
+    context, kind = problem.get("ctx", {}), problem["type"]
     if path[-1] == "[key]" or kind == "extra_forbidden":
         *parents, key = path if kind == "extra_forbidden" else path[:-1]
         place = f" in {_dotted(parents)}" if parents else ""
         allowed = _known(parents)
+        text = f": allowed are {', '.join(allowed)}" if 0 < len(allowed) < 20 else ""
         if "pattern" in context and not allowed:
-            form = f"a name that matches {context['pattern']} is needed"
-            refuse(f"unknown key {shown(key)}{place}: {form}")
-        listed = f": allowed are {', '.join(allowed)}" if 0 < len(allowed) < 20 else ""
-        refuse(f"unknown key {shown(key)}{place}{hint(str(key), allowed) or listed}")
-    where = _dotted(path)
+            text = f": a name that matches {context['pattern']} is needed"
+        refuse(f"unknown key {shown(key)}{place}{hint(str(key), allowed) or text}")
+    where, value = _dotted(path), problem["input"]
     if kind == "missing":
         refuse(f"{where} is missing")
-    if kind == "literal_error":
-        allowed = re.findall(r"'(\w+)'", context["expected"])
-        refuse(f"{where} = {shown(value)}: allowed are {', '.join(allowed)}", str(value), allowed)
-    if kind == "string_pattern_mismatch":
-        text = "must begin with a letter or digit and hold only these, '.', '-' and '_'"
-        refuse(f"{where} = {shown(value)}: {text}")
-    if kind == "string_too_long":
-        refuse(f"{where} has {len(value)} characters: allowed are {context['max_length']}")
-    if kind == "too_short":
-        refuse(f"{where} is empty: at least one entry is needed")
-    if kind in _LIMITS:
-        name, words = _LIMITS[kind]
-        refuse(f"{where} = {shown(value)}: {words.format(context[name])}")
-    if kind in _TYPES:
-        nullable = {**QUANTITIES, **SETTINGS, **CAMERA}.get(str(path[-1]))
-        is_nullable = nullable and type(None) in getattr(nullable.type.__origin__, "__args__", ())
-        refuse(f"{where} = {_json(value)}: must be {_TYPES[kind]}{' or null' * bool(is_nullable)}")
-    refuse(f"{where} = {_json(value)}: {problem['msg']}")
+    words = re.findall(r"'(\w+)'", context["expected"]) if kind == "literal_error" else []
+    text = re.sub(r" or instance of \w+| after validation", "", problem["msg"])
+    text = text.replace("a valid integer", "a whole number").replace("valid ", "")
+    described = {**QUANTITIES, **SETTINGS, **CAMERA}.get(str(path[-1]))
+    if kind.endswith("_type") and described and _not_null(described.type) != described.type:
+        text += " or null"
+    text = re.sub("^Input should|should", "must", text)
+    refuse(f"{where} = {_json(value)}: {text}", str(value), words)
 
 
 def _known(path: list) -> list[str]:
@@ -548,12 +431,6 @@ def _known(path: list) -> list[str]:
     name = next((part for part in reversed(path) if not str(part).isdigit()), "")
     special = SPECIAL[name].model_fields if name in SPECIAL else ()
     return [*special, *("start", "stop", "step") * (name in QUANTITIES and name != "method")]
-
-
-def _not_null(type_: Any) -> Any:
-    """The type of a value that may be null, if it is not."""
-    parts = get_args(type_)
-    return parts[0] if type(None) in parts else type_
 
 
 def _dotted(path: Iterable) -> str:

@@ -1,453 +1,320 @@
 """The code behind a job: the definitions that its function uses, wherever they stand.
 
-From a function its names are followed through the imports of the package, definition by
-definition; of a class, the methods that somebody asks for. So an edit reruns a job if it can change
-what the job makes: comments, docstrings and what other jobs use do not count. What cannot be
-followed (a module as a value) counts whole. Where a table chooses by method, only what is chosen
-counts.
+Names are followed through the imports of the package, definition by definition; of a class, the
+methods that somebody mentions. So an edit reruns a job if it can change what the job makes:
+comments, docstrings, annotations and what other jobs use do not count. What cannot be followed
+counts whole: a module as a value, and of each module what is done when it is imported. Where a
+table chooses by method, only what is chosen counts.
 """
 
 import ast
 import functools
 import hashlib
-import io
 import json
 import re
-import tokenize
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from beltrepro.base.atomic import replacing
 from beltrepro.base.provenance import PACKAGE, ROOT
 
-_DERIVED = (".pyc", ".nbi", ".nbc")  # caches of Python and Numba
-_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+_NO_DATA = (".py", ".pyc", ".nbi", ".nbc")  # sources, and caches of Python and Numba
 _MODULE = re.compile(rf"{PACKAGE}(\.\w+)+(:\w+)?")
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 WHOLE = ""  # in place of the name of a definition: all of the module
 
-
-def code_hash(
-    *functions: str,
-    script: Path | None = None,
-    choices: Iterable[str] = (),
-    tree: "Tree | None" = None,
-) -> str:
-    """Hash of the code behind functions, named as "module:function".
-
-    script : counts by its own text only. choices : methods of the points, where a table chooses.
-    """
-    digest = hashlib.sha256()
-    texts = definitions(*functions, choices=choices, tree=tree)
-    for (module, name), text in sorted(texts.items()):
-        digest.update(f"{module}:{name}\0{text}\0".encode())
-    if script is not None:
-        digest.update(f"{script.name}\0".encode() + script.read_bytes())
-    return digest.hexdigest()[:16]
+Place = tuple[str, str]
+"""A module and the name of a definition in it."""
 
 
-def definitions(
-    *functions: str, choices: Iterable[str] = (), tree: "Tree | None" = None
-) -> dict[tuple[str, str], str]:
-    """Text of each definition behind functions, by module and name; of data files their hash."""
-    search = _Search(frozenset(choices), tree or Tree())
-    for function in functions:
-        module, _, name = function.partition(":")
-        search.ask(module, name)
-    return search.finish()
+class Sources:
+    """The sources of the package as they were when they were first asked for."""
+
+    def __init__(self, root: Path = ROOT) -> None:
+        self._root = root
+        self.module = functools.cache(self._module)
+
+    def code_hash(
+        self, *functions: str, script: Path | None = None, choices: Iterable[str] = ()
+    ) -> str:
+        """Hash of the code behind functions, named as "module:function".
+
+        script : counts by its own text only. choices : methods of the points.
+        """
+        digest = hashlib.sha256()
+        for (module, name), text in sorted(self.definitions(*functions, choices=choices).items()):
+            digest.update(f"{module}:{name}\0{text}\0".encode())
+        if script is not None:
+            digest.update(f"{script.name}\0".encode() + script.read_bytes())
+        return digest.hexdigest()[:16]
+
+    def definitions(self, *functions: str, choices: Iterable[str] = ()) -> dict[Place, str]:
+        """Text of each definition behind functions; of data files their hash."""
+        texts: dict[Place, str] = {}
+        words: set[str] = set()  # attributes that are mentioned
+        methods: set[Place] = set()  # that nobody has mentioned so far
+        waiting = [_place(function) for function in functions]
+        while waiting:
+            place = name, definition_name = waiting.pop()
+            module = self.module(name)
+            if place in texts or module is None:
+                texts.setdefault(place, "missing")  # the job that needs it will say so
+                continue
+            waiting += module.effects
+            definition = module.definitions.get(definition_name)
+            if definition is None:
+                texts[place] = ""
+                waiting += module.behind(definition_name)
+                continue
+            chosen = [key for key in sorted(definition.choices) if key in choices]
+            texts[place] = f"{chosen}" if chosen else definition.text
+            for uses in [definition.choices[key] for key in chosen] or [definition.uses]:
+                waiting += uses.places
+                words |= uses.words
+                for package in uses.data:
+                    texts |= self._data(package)
+            methods |= {(name, method) for method in definition.methods}
+            mentioned = {method for method in methods if method[1].partition(".")[2] in words}
+            methods -= mentioned
+            waiting += mentioned
+        return texts
+
+    def _module(self, name: str) -> "_Module | None":
+        first, *parts = name.split(".")
+        place = self._root.joinpath(*parts)
+        for path in (place / "__init__.py", place.with_suffix(".py")):
+            if first == PACKAGE and path.is_file():
+                return _Module(self, name, path)
+        return None
+
+    def _data(self, package: str) -> dict[Place, str]:
+        """Templates, styles and lists of a package, and of those in it."""
+        place = self._root.joinpath(*package.split(".")[1:])
+        data = {}
+        for path in place.rglob("*"):
+            name = path.relative_to(place)
+            hidden = any(part.startswith((".", "__")) for part in name.parts)
+            if path.is_file() and not hidden and path.suffix not in _NO_DATA:
+                data[package, name.as_posix()] = hashlib.sha256(path.read_bytes()).hexdigest()
+        return data
 
 
 class KeptHashes:
     """Hashes in a file, as long as no source of the package changes: the search takes seconds.
 
-    Every job of a run starts a process that asks for them.
+    Every start of Snakemake asks for them, and so each job on a cluster.
     """
 
     def __init__(self, path: Path, root: Path = ROOT) -> None:
-        self._path, self._state = path, _state(root)
-        self._hashes: dict[str, str] = {}
-        try:
+        self._path = path
+        self._kept: dict[str, Any] = {"sources": _state(root), "hashes": {}}
+        with suppress(OSError, ValueError, TypeError, KeyError):  # none, or of another version
             kept = json.loads(path.read_text(encoding="utf-8"))
-            if kept["sources"] == self._state:
-                self._hashes = dict(kept["hashes"])
-        except (OSError, ValueError, TypeError, KeyError):
-            pass  # none are kept, or by a version that wrote another form
+            if kept["sources"] == self._kept["sources"]:
+                self._kept["hashes"] = dict(kept["hashes"])
 
     def get(self, key: str, make: Callable[[], str]) -> str:
         """The hash of this key, made and kept if it is not there."""
-        if key not in self._hashes:
-            self._hashes[key] = make()
+        hashes = self._kept["hashes"]
+        if key not in hashes:
+            hashes[key] = make()
             if self._path.parent.is_dir():
                 with replacing(self._path) as unfinished:
-                    kept = {"sources": self._state, "hashes": self._hashes}
-                    unfinished.write_text(json.dumps(kept), encoding="utf-8")
-        return self._hashes[key]
+                    unfinished.write_text(json.dumps(self._kept), encoding="utf-8")
+        return hashes[key]
 
 
 def _state(root: Path) -> str:
     """Hash of all sources and data files of the package."""
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*")):
-        if path.is_file() and "__pycache__" not in path.parts and path.suffix not in _DERIVED:
+        if path.is_file() and path.suffix not in _NO_DATA[1:]:
             digest.update(f"{path.relative_to(root)}\0".encode())
             digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()
 
 
-class Tree:
-    """The sources of the package as they were when they were first asked for."""
-
-    def __init__(self, root: Path = ROOT) -> None:
-        self.root = root
-        self._sources: dict[str, Path | None] = {}
-        self._modules: dict[str, _Module] = {}
-
-    def source(self, module: str) -> Path | None:
-        """File with the text of a module, if there is one."""
-        if module not in self._sources:
-            self._sources[module] = _source(self.root, module)
-        return self._sources[module]
-
-    def module(self, module: str) -> "_Module":
-        """A module that has a source."""
-        if module not in self._modules:
-            source = self.source(module)
-            assert source is not None, module
-            self._modules[module] = _module(source, source.read_text(encoding="utf-8"), module)
-        return self._modules[module]
-
-
-@dataclass
-class _Uses:
+class _Uses(NamedTuple):
     """What a piece of code mentions."""
 
-    names: set[str] = field(default_factory=set)  # but as the base of an attribute
-    pairs: set[tuple[str, str]] = field(default_factory=set)  # name and attribute
-    words: set[str] = field(default_factory=set)  # all attributes, and texts that may be one
-    modules: set[tuple[str, str]] = field(default_factory=set)  # named in texts
-    imports: dict[str, tuple[str, str]] = field(default_factory=dict)
+    places: set[Place]
+    words: set[str]  # attributes, and texts that may be one
+    data: set[str]  # packages of which it may read files
 
 
-@dataclass
 class _Definition:
     """A statement at the top of a module, or a method; looked into only when it is asked for."""
 
-    node: ast.stmt
-    lines: list[str]  # of the module
-    package: str
-    is_registered: bool = False  # whether it counts as soon as its module does
-
-    @functools.cached_property
-    def methods(self) -> dict[str, "_Definition"]:
-        """Of a class."""
-        inner = [part for part in getattr(self.node, "body", ()) if _is_method(self.node, part)]
-        return {part.name: _Definition(part, self.lines, self.package) for part in inner}
-
-    @functools.cached_property
-    def uses(self) -> _Uses:
-        """What it mentions."""
-        left_out = {id(method.node) for method in self.methods.values()}
-        return _mentioned(self.node, self.package, left_out)
+    def __init__(self, module: "_Module", node: ast.AST, methods: Iterable[str] = ()) -> None:
+        self._module, self._node = module, node
+        self.methods = methods  # of a class: names of their definitions
 
     @functools.cached_property
     def text(self) -> str:
         """What counts of it."""
-        return _text(self.node, self.lines, [method.node for method in self.methods.values()])
+        return ast.unparse(self._node)
+
+    @functools.cached_property
+    def uses(self) -> _Uses:
+        """What it mentions."""
+        return self._module.uses(self._node)
 
     @functools.cached_property
     def choices(self) -> dict[str, _Uses]:
         """Of a table by method: what each entry mentions."""
-        table = getattr(self.node, "value", None)
-        if not isinstance(table, ast.Dict) or not _chooses_by_method(table):
+        table = getattr(self._node, "value", None)
+        if not isinstance(table, ast.Dict):
             return {}
-        entries = zip(table.keys, table.values, strict=True)
-        return {key.value: _mentioned(choice, self.package) for key, choice in entries}  # type: ignore[union-attr]
+        entries = [*zip(table.keys, table.values, strict=True)]
+        choices = {key.value: value for key, value in entries if isinstance(key, ast.Constant)}
+        is_by_method = {"verlet", "event"} <= choices.keys() and len(choices) == len(entries)
+        return {str(key): self._module.uses(choices[key]) for key in choices if is_by_method}
 
 
-class _Search:
-    """Follows names from some functions, until there are no new ones."""
-
-    def __init__(self, choices: frozenset[str], tree: Tree) -> None:
-        self._choices, self._tree = choices, tree
-        self._waiting: list[tuple[str, str]] = []
-        self._found: dict[tuple[str, str], str] = {}
-        self._asked: set[tuple[str, str]] = set()
-        self._touched: set[str] = set()
-        self._words: set[str] = set()
-        self._methods: dict[str, list[tuple[str, str, _Definition]]] = {}  # not asked for yet
-
-    def ask(self, module: str, name: str) -> None:
-        """Follow a definition, or with WHOLE all of a module."""
-        if (module, name) not in self._asked:
-            self._asked.add((module, name))
-            self._waiting.append((module, name))
-
-    def finish(self) -> dict[tuple[str, str], str]:
-        """Follow all that waits."""
-        while self._waiting:
-            self._look_up(*self._waiting.pop())
-        return self._found
-
-    def _look_up(self, module: str, name: str) -> None:
-        if self._tree.source(module) is None:
-            self._found[module, name] = "missing"  # the job that needs it will say so
-            return
-        contents = self._tree.module(module)
-        self._touch(module)
-        if name == WHOLE:
-            for key in contents.definitions:
-                self.ask(module, key)
-        elif name in contents.definitions:
-            self._take(module, name, contents.definitions[name], contents)
-        elif name in contents.imports:
-            self._ask_import(*contents.imports[name])
-        elif self._tree.source(f"{module}.{name}"):
-            self.ask(f"{module}.{name}", WHOLE)
-        elif "__getattr__" in contents.definitions:  # of names that are imported late
-            self.ask(module, "__getattr__")
-
-    def _touch(self, module: str) -> None:
-        """Take what counts as soon as a module is imported, in it and in those that it imports."""
-        if module in self._touched or not self._tree.source(module):
-            return
-        self._touched.add(module)
-        contents = self._tree.module(module)
-        for key, definition in contents.definitions.items():
-            if definition.is_registered:
-                self._take(module, key, definition, contents)
-        for origin, name in contents.imports.values():
-            self._touch(origin)
-            self._touch(f"{origin}.{name}")
-
-    def _take(self, module: str, name: str, definition: _Definition, contents: "_Module") -> None:
-        if (module, name) in self._found:
-            return
-        text, uses = definition.text, [definition.uses]
-        if definition.choices:
-            chosen = sorted(set(definition.choices) & self._choices or set(definition.choices))
-            text, uses = f"{name}: {chosen}", [definition.choices[key] for key in chosen]
-        self._found[module, name] = text
-        for part in uses:
-            self._follow(module, part, contents)
-        for method, inner in definition.methods.items():
-            word = f".{method}" if "classmethod" in inner.uses.names else method
-            if method.startswith("__") or {word, f".{method}"} & self._words:
-                self._take(module, f"{name}.{method}", inner, contents)
-            else:
-                place = module, f"{name}.{method}", inner
-                self._methods.setdefault(word, []).append(place)
-
-    def _follow(self, module: str, uses: _Uses, contents: "_Module") -> None:
-        imports = contents.imports | uses.imports
-        words = set(uses.words)
-        for name in uses.names:
-            if name in imports:
-                self._ask_import(*imports[name])
-            elif name in contents.definitions:
-                self.ask(module, name)
-        for name, attribute in uses.pairs:
-            origin = ".".join(filter(None, imports.get(name, ())))
-            if self._tree.source(origin):
-                self.ask(origin, attribute)
-                continue
-            # through an instance, or through a class, which alone has class methods
-            words.add(f".{attribute}" if name[0].isupper() or name == "cls" else attribute)
-            if name in imports:
-                self.ask(*imports[name])
-            elif name in contents.definitions:
-                self.ask(module, name)
-        if PACKAGE in uses.names | {name for name, _ in uses.pairs}:  # import package.module
-            for origin in (origin for name, (origin, _) in imports.items() if "." in name):
-                self.ask(origin, WHOLE)
-        for named, name in uses.modules:
-            if self._tree.source(named):
-                self.ask(named, name)
-                if not name:
-                    self._take_data(named)
-        if uses.names & {"__file__", "resources"} or ("resources", "files") in uses.pairs:
-            self._take_data(module if contents.is_package else module.rpartition(".")[0])
-        for word in words - self._words:
-            self._words.add(word)
-            for key in {word, word.removeprefix(".")}:
-                for owner, name, method in self._methods.pop(key, ()):
-                    self._take(owner, name, method, self._tree.module(owner))
-
-    def _ask_import(self, origin: str, name: str) -> None:
-        submodule = f"{origin}.{name}" if name else origin
-        is_module = self._tree.source(submodule) is not None
-        self.ask(*((submodule, WHOLE) if is_module else (origin, name)))
-
-    def _take_data(self, package: str) -> None:
-        """Templates, styles and lists of a package, and of those in it."""
-        place = self._tree.root.joinpath(*package.split(".")[1:])
-        for path in sorted(place.rglob("*")):
-            hidden = any(part.startswith((".", "__")) for part in path.relative_to(place).parts)
-            if path.is_file() and not hidden and path.suffix not in (".py", *_DERIVED):
-                digest = hashlib.sha256(path.read_bytes()).hexdigest()
-                self._found[package, path.relative_to(place).as_posix()] = digest
-
-
-@dataclass(frozen=True)
 class _Module:
     """A module as its text says it, none of it run."""
 
-    definitions: dict[str, _Definition]
-    imports: dict[str, tuple[str, str]]  # name here -> module and name there
-    is_package: bool
+    def __init__(self, sources: Sources, name: str, path: Path) -> None:
+        self._sources, self._name = sources, name
+        self._package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+        self._imports: dict[str, Place] = {}  # name here -> module and name there
+        self.definitions: dict[str, _Definition] = {}
+        self._done: list[Place] = []  # definitions that do something at the import
+        for node in _Bare().visit(ast.parse(path.read_text(encoding="utf-8"))).body:
+            self._define(node)
 
-
-def _module(path: Path, text: str, module: str) -> _Module:
-    is_package = path.name == "__init__.py"
-    package = module if is_package else module.rpartition(".")[0]
-    lines = text.splitlines(keepends=True)
-    definitions: dict[str, _Definition] = {}
-    imports: dict[str, tuple[str, str]] = {}
-    tree = ast.parse(text, str(path))
-    for number, node in enumerate(tree.body):
+    def _define(self, node: ast.stmt) -> None:
+        """Take a statement at the top of the module."""
         if isinstance(node, ast.Import | ast.ImportFrom):
-            imports |= _imports(node, package)
-        elif _is_text(node) or _is_for_others(node):
-            continue
-        else:
-            definition = _Definition(node, lines, package)
-            names = list(_names(node))
-            if not names or isinstance(node, ast.ClassDef):  # as in try: import
-                imports |= definition.uses.imports
-            definition.is_registered = not names
-            for name in names or [f"statement {number}"]:
-                definitions[name] = definition
-    ours = definitions.keys() | imports.keys()
-    for definition in definitions.values():
-        decorators = getattr(definition.node, "decorator_list", ())
-        calls = [part for part in decorators if isinstance(part, ast.Call)]
-        definition.is_registered |= any(_base(call) in ours for call in calls)  # as @claim("id")
-    return _Module(definitions, imports, is_package)
-
-
-def _is_method(owner: ast.AST, part: ast.AST) -> bool:
-    return isinstance(owner, ast.ClassDef) and isinstance(part, _FUNCTIONS)
-
-
-def _chooses_by_method(table: ast.Dict) -> bool:
-    """Whether the keys of a table are methods, and each says what is used by it."""
-    keys = {key.value for key in table.keys if isinstance(key, ast.Constant)}
-    return len(table.keys) > 1 and len(keys) == len(table.keys) and {"verlet", "event"} <= keys
-
-
-def _mentioned(node: ast.AST, package: str, left_out: set[int] | None = None) -> _Uses:
-    uses = _Uses()
-    _collect(node, uses, package, left_out or set())
-    return uses
-
-
-def _collect(node: ast.AST, uses: _Uses, package: str, left_out: set[int]) -> None:
-    """Add what a piece of code mentions, but for its annotations."""
-    if id(node) in left_out:
-        return
-    if isinstance(node, ast.Import | ast.ImportFrom):
-        uses.imports |= _imports(node, package)
-        for name in _imports(node, package):
-            uses.names.add(name)
-        return
-    if isinstance(node, ast.Attribute):
-        if isinstance(node.value, ast.Name):
-            uses.pairs.add((node.value.id, node.attr))
+            self._imports |= self._imported(node)
             return
-        uses.words.add(node.attr)
-    elif isinstance(node, ast.Name):
-        uses.names.add(node.id)
-    elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-        if node.value.isidentifier():
-            uses.words.add(node.value)
-        elif _MODULE.fullmatch(node.value):
-            module, _, name = node.value.partition(":")
-            uses.modules.add((module, name))
-    for name, value in ast.iter_fields(node):
-        if name in ("annotation", "returns"):
-            continue
-        for part in value if isinstance(value, list) else [value]:
-            if isinstance(part, ast.AST):
-                _collect(part, uses, package, left_out)
+        names, methods = _names(node), []
+        if isinstance(node, ast.ClassDef):
+            for part in [part for part in node.body if isinstance(part, _FUNCTIONS)]:
+                if not part.name.startswith("__"):  # those Python itself calls
+                    is_of_class = "classmethod" in map(ast.unparse, part.decorator_list)
+                    methods.append(f"{node.name}.{'cls.' * is_of_class}{part.name}")
+                    self.definitions[methods[-1]] = _Definition(self, part)
+                    node.body.remove(part)
+        if not names:  # as in try: import
+            self._imports |= self._imported(node)
+        calls = [one for one in getattr(node, "decorator_list", ()) if isinstance(one, ast.Call)]
+        if not names or any(ast.unparse(call.func) != "dataclass" for call in calls):
+            names = names or [f"line {node.lineno}"]
+            self._done += [(self._name, name) for name in names]
+        self.definitions |= dict.fromkeys(names, _Definition(self, node, methods))
+
+    def _imported(self, node: ast.AST) -> dict[str, Place]:
+        """Names of this package that imports in some code make: module and name of each there."""
+        names: dict[str, Place] = {}
+        for part in ast.walk(node):
+            if isinstance(part, ast.Import):
+                names |= {one.asname or one.name: (one.name, WHOLE) for one in part.names}
+            elif isinstance(part, ast.ImportFrom):
+                above = self._package.split(".")[: -part.level + 1 or None] if part.level else []
+                origin = ".".join([*above, *filter(None, [part.module])])
+                names |= {one.asname or one.name: (origin, one.name) for one in part.names}
+        return {name: place for name, place in names.items() if place[0].startswith(PACKAGE)}
+
+    @functools.cached_property
+    def effects(self) -> list[Place]:
+        """What is done when it is imported, in it and in all that it imports."""
+        modules, waiting = {}, [self._name]
+        while waiting:
+            name = waiting.pop()
+            if name not in modules and (module := self._sources.module(name)):
+                modules[name] = module
+                waiting += [place[0] for place in module._imports.values()]
+                waiting += [".".join(place) for place in module._imports.values()]
+        return [place for module in modules.values() for place in module._done]
+
+    def uses(self, node: ast.AST) -> _Uses:
+        """What a piece of code of this module mentions."""
+        imports = self._imports | self._imported(node)
+        places, words, data, bases = set(), set(), set(), set()
+        for part in ast.walk(node):  # an attribute comes before its base
+            match part:
+                case ast.Attribute(value=ast.Name(id=name), attr=attribute) if (
+                    module := self._as_module(imports.get(name))
+                ):
+                    bases.add(part.value)
+                    places.add((module, attribute))
+                case ast.Attribute(value=ast.Name(id=name), attr=word):
+                    words |= {word, f"cls.{word}"} if name == "cls" or name[0].isupper() else {word}
+                case ast.Attribute(attr=word):
+                    words.add(word)
+                case ast.Name(id="__file__" | "resources"):
+                    data.add(self._package)
+                case ast.Name(id=name, ctx=ast.Load()) if part not in bases:
+                    # import package.module makes the name of the package
+                    asked = [one for one in imports if one == name or one.startswith(f"{name}.")]
+                    places |= {self._whole(imports[one]) for one in asked}
+                    if name in self.definitions and not asked:
+                        places.add((self._name, name))
+                case ast.Constant(value=str(text)) if _MODULE.fullmatch(text):
+                    places |= {_place(text)} if self._sources.module(_place(text)[0]) else set()
+                    data |= {text} if ":" not in text else set()
+                case ast.Constant(value=str(text)):
+                    words.add(text)
+        return _Uses(places, words, data)
+
+    def _as_module(self, place: Place | None) -> str:
+        """Name of the module that an imported name stands for; empty if it stands for none."""
+        name = ".".join(filter(None, place or ()))
+        return name if self._sources.module(name) else ""
+
+    def _whole(self, place: Place) -> Place:
+        """A place, or the whole module that it stands for."""
+        module = self._as_module(place)
+        return (module, WHOLE) if module else place
+
+    def behind(self, name: str) -> list[Place]:
+        """Where something stands that is not defined here; if nothing tells, all of this module."""
+        place = self._imports.get(name, (self._name, name))
+        if name and self._whole(place) != (self._name, name):
+            return [self._whole(place)]
+        return [(self._name, other) for other in self.definitions]
 
 
-def _imports(node: ast.Import | ast.ImportFrom, package: str) -> dict[str, tuple[str, str]]:
-    """Names that an import of this package makes, and the module and name that each stands for."""
-    if isinstance(node, ast.Import):
-        aliases = [(alias.asname or alias.name, alias.name, "") for alias in node.names]
-    else:
-        parents = package.split(".")
-        base = parents[: len(parents) - node.level + 1] if node.level else []
-        origin = ".".join([*base, *filter(None, [node.module])])
-        aliases = [(alias.asname or alias.name, origin, alias.name) for alias in node.names]
-    return {
-        name: (origin, part) for name, origin, part in aliases if origin.split(".")[0] == PACKAGE
-    }
+class _Bare(ast.NodeTransformer):
+    """Takes away what changes no result: docstrings, annotations of functions, and at the top of a
+    module what is for the checker of types, or for the module as a command."""
+
+    def visit_Expr(self, node: ast.Expr) -> Any:
+        """Take away a docstring."""
+        return None if isinstance(node.value, ast.Constant) else node
+
+    def visit_If(self, node: ast.If) -> Any:
+        """Take away what is not done in a job."""
+        test = ast.unparse(node.test)
+        return None if test == "TYPE_CHECKING" or test.startswith("__name__ ==") else node
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> Any:
+        """Take away the annotation of what has a value."""
+        return ast.Assign([node.target], node.value, lineno=0) if node.value else node
+
+    def visit_arg(self, node: ast.arg) -> Any:
+        """Take away an annotation."""
+        return ast.arg(node.arg)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> Any:
+        """Take away the annotation of what is returned."""
+        node.returns = None
+        return self.generic_visit(node)
 
 
-def _names(node: ast.stmt) -> Iterator[str]:
-    """Names that a statement defines."""
+def _names(node: ast.stmt) -> list[str]:
+    """Names that a statement defines; of an import none."""
     if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-        yield node.name
-    elif isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign):
-        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-        for target in targets:
-            yield from (part.id for part in ast.walk(target) if isinstance(part, ast.Name))
+        return [node.name]
+    targets = getattr(node, "targets", [getattr(node, "target", None)])
+    parts = [part for target in targets if target for part in ast.walk(target)]
+    is_assignment = isinstance(node, ast.Assign | ast.AnnAssign)
+    return [part.id for part in parts if isinstance(part, ast.Name)] if is_assignment else []
 
 
-def _base(node: ast.AST) -> str:
-    """The first name in an expression."""
-    return next((part.id for part in ast.walk(node) if isinstance(part, ast.Name)), "")
-
-
-def _is_text(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-
-
-def _is_for_others(node: ast.stmt) -> bool:
-    """Whether a statement is for the checker of types, or for the module as a command."""
-    test = ast.unparse(node.test) if isinstance(node, ast.If) else ""
-    return test == "TYPE_CHECKING" or test.startswith("__name__ ==")
-
-
-def _text(node: ast.stmt, lines: list[str], left_out: list[ast.stmt]) -> str:
-    """The text of a definition without docstrings, comments, blank lines and methods."""
-    numbers = range(_first(node), (node.end_lineno or node.lineno) + 1)
-    gone: set[int] = set()
-    skipped: list[ast.stmt] = []
-    if any(lines[number - 1].lstrip()[:1] in ("'", '"') for number in numbers):
-        skipped = [part for part in ast.walk(node) if isinstance(part, ast.stmt) and _is_text(part)]
-    for part in (*skipped, *left_out):
-        gone |= set(range(_first(part), (part.end_lineno or part.lineno) + 1))
-    text = "".join(lines[number - 1] for number in numbers if number not in gone)
-    if "#" in text:
-        text = _without_comments(text)
-    return "\n".join(line.rstrip() for line in text.splitlines() if line.strip())
-
-
-def _first(node: ast.stmt) -> int:
-    decorators = getattr(node, "decorator_list", ())
-    return min(part.lineno for part in (node, *decorators))
-
-
-def _without_comments(text: str) -> str:
-    lines = text.splitlines(keepends=True)
-    try:
-        for token in tokenize.generate_tokens(io.StringIO(text).readline):
-            if token.type == tokenize.COMMENT:
-                row, column = token.start
-                lines[row - 1] = lines[row - 1][:column] + "\n"
-    except (tokenize.TokenError, IndentationError):
-        return text  # of a class without its methods, perhaps: its comments count
-    return "".join(lines)
-
-
-def _source(root: Path, module: str) -> Path | None:
-    """File with the text of a module of this package, if there is one."""
-    first, *parts = module.split(".")
-    if first != PACKAGE:
-        return None
-    place = root.joinpath(*parts)
-    if (place / "__init__.py").is_file():
-        return place / "__init__.py"
-    source = place.with_suffix(".py")
-    return source if parts and source.is_file() else None
+def _place(text: str) -> Place:
+    module, _, name = text.partition(":")
+    return module, name

@@ -4,14 +4,11 @@ A film is made of a dataset and is none itself: it is a video (`replication.came
 tracked in it knows nothing of the dataset.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Any, get_type_hints
-
-from pydantic import Field, WrapValidator
+from typing import get_type_hints
 
 from beltrepro.replication.camera.scene import Camera, camera_settings
-from beltrepro.replication.plan.points import Described, Number, Whole
+from beltrepro.replication.plan.points import Described
 
 FILM, TRACK = "_film", "_track"
 """Ends of the names by which tables, figures and claims ask for a film and for what is tracked."""
@@ -19,25 +16,13 @@ FILM, TRACK = "_film", "_track"
 NEEDED = ("positions", "velocities")  # samples without which nothing can be filmed
 
 
-def _unchanged(value: object, check: Callable[[object], object]) -> object:
-    """A film is known by a digest of its settings as text: 0 must not become 0.0."""
-    check(value)
-    return value
-
-
-_TYPES: dict[Any, Any] = {float: Number, int: Whole, float | None: Number | None}
 CAMERA = {
     name: Described(
-        name=name,
-        type=Annotated[
-            _TYPES[get_type_hints(Camera)[name]],
-            Field(**setting.metadata["limits"]),
-            WrapValidator(_unchanged),
-        ],
-        symbol="",
-        unit="1",
+        name,
+        get_type_hints(Camera)[name],
+        setting.default,
+        setting.metadata["limits"],
         description=setting.metadata["words"],
-        default=setting.default,
     )
     for name, setting in camera_settings().items()
 }

@@ -63,30 +63,19 @@ class Job:
 
 def simulation_jobs(plan: Plan) -> list[Job]:
     """All simulation jobs of a plan, of those that add runs all that there can be."""
-    first = [
-        Job(
-            kind=dataset.kind.name,
-            method=batch[0].method,
-            noise=batch[0].noise > 0,
-            name=f"batches/{dataset.name}/{number:04d}",
-            work=dataset.work(batch),
-        )
-        for dataset in plan.datasets.values()
-        for number, batch in enumerate(dataset.batches)
-    ]
-    added = [
+    jobs = [
         Job(
             kind=dataset.kind.name,
             method=batch.most[0].method,
             noise=batch.most[0].noise > 0,
             name=f"batches/{dataset.name}/{batch.name}",
             work=dataset.work(batch.most),
-            adds=True,
+            adds=bool(batch.looks_at),
         )
         for dataset in plan.datasets.values()
-        for batch in dataset.added
+        for batch in dataset.batches.values()
     ]
-    return sorted([*first, *added], key=lambda job: job.cost_class)
+    return sorted(jobs, key=lambda job: (job.cost_class, job.adds))
 
 
 def draw(jobs: list[Job], seed: int) -> list[Job]:
@@ -202,8 +191,6 @@ to the core that is free first (list scheduling: R. L. Graham, Bell System Techn
 1563, 1966), which takes at most twice the shortest time possible. All runs that `more_runs` allows
 are counted; that their rounds wait for each other is not. Joining, tables and figures are left out:
 they take minutes."""
-Seconds = Sequence[float] | np.ndarray
-CORES = (1, 10, 100, 1000)
 OVERHEAD = 10.0  # seconds: two starts of Snakemake (7 s of processor time measured), and Slurm
 RATE = 5.0  # jobs sent in a second; 8 were measured with a Slurm that had nothing else to do
 
@@ -215,47 +202,39 @@ def job_seconds(jobs: Sequence[Job], timing: pd.DataFrame) -> np.ndarray:
         for row in timing.itertuples()
         if np.isfinite(row.seconds_per_work)
     }
-    unknown = {job.cost_class for job in jobs} - costs.keys()
-    if unknown:
-        kind, method, noise = sorted(unknown)[0]
+    for kind, method, noise in sorted({job.cost_class for job in jobs} - costs.keys()):
         words = f"{kind} by {method} {'with' if noise else 'without'} noise"
         raise InputError(f"timing.csv: no job of {words} was timed; run `snakemake timing` again")
     return np.array([costs[job.cost_class] * job.work for job in jobs])
 
 
-def wall_seconds(
-    seconds: Seconds, cores: int, *, overhead: float = OVERHEAD, rate: float = RATE
-) -> float:
+def wall_seconds(seconds: Sequence[float] | np.ndarray, cores: int, rate: float = RATE) -> float:
     """Time until the last of some jobs ends, on this many cores."""
     free = [0.0] * min(cores, len(seconds))
     end = 0.0
     for number, needed in enumerate(seconds):
         start = max(heapq.heappop(free), number / rate)
-        heapq.heappush(free, start + overhead + needed)
-        end = max(end, start + overhead + needed)
+        heapq.heappush(free, start + needed)
+        end = max(end, start + needed)
     return end
 
 
 def wall_times(
-    seconds: Seconds,
-    cores: Sequence[int] = CORES,
-    *,
-    overhead: float = OVERHEAD,
-    rate: float = RATE,
+    seconds: Sequence[float] | np.ndarray, cores: Sequence[int], rate: float = RATE
 ) -> pd.DataFrame:
     """Wall time on several numbers of cores, and what sets it."""
     import pandas as pd  # half a second that importers need not pay
 
-    total = float(np.sum(seconds)) + overhead * len(seconds)
+    total = float(np.sum(seconds))
     rows = []
     for count in cores:
-        wall = wall_seconds(seconds, count, overhead=overhead, rate=rate)
+        wall = wall_seconds(seconds, count, rate)
         bounds = {
-            "work": total / count,
-            "longest job": overhead + max(seconds),
-            "sending": len(seconds) / rate,
+            total / count: "work",
+            max(seconds): "longest job",
+            len(seconds) / rate: "sending",
         }
-        limit = max(bounds, key=lambda name: bounds[name])
+        limit = bounds[max(bounds)]
         rows.append((count, total / 3600, wall / 3600, total / (wall * count), limit))
     return pd.DataFrame(rows, columns=["cores", "core_hours", "hours", "busy", "limit"])
 
@@ -263,16 +242,16 @@ def wall_times(
 def main(words: Sequence[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(
-        prog="python -m beltrepro.replication.plan.jobs", description=_COMMAND
+        prog="python -m beltrepro.replication.plan.jobs",
+        description=_COMMAND,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     add = parser.add_argument
     add("timing", help="timing.csv of a run")
     add("--preset", help="which to judge; that of the configuration if not given")
     add("--config", nargs="+", default=["config.yaml"], help="files, later ones over earlier ones")
-    add("--cores", nargs="+", type=_positive, default=CORES)
+    add("--cores", nargs="+", type=_positive, default=(1, 10, 100, 1000))
     add("--overhead", type=float, default=OVERHEAD, help="seconds of each job for its start")
-    add("--rate", type=float, default=RATE, help="jobs sent in a second")
     arguments = parser.parse_args(words)
     try:
         print(_answer(arguments))
@@ -298,18 +277,18 @@ def _answer(arguments: argparse.Namespace) -> str:
     plan = make_plan(config)
     jobs = simulation_jobs(plan)
     seconds = job_seconds(jobs, timing)
-    adding = seconds[[job.adds for job in jobs]]
-    answer = wall_times(seconds, arguments.cores, overhead=arguments.overhead, rate=arguments.rate)
-    return (
+    lines = [
         f"{plan.preset}: {len(seconds)} jobs, {seconds.sum() / 3600:.3g} core-hours and "
-        f"{arguments.overhead:g} s of overhead for each; longest {seconds.max() / 60:.3g} min\n"
-        + (
+        f"{arguments.overhead:g} s of overhead for each; longest {seconds.max() / 60:.3g} min"
+    ]
+    if (adding := seconds[[job.adds for job in jobs]]).size:
+        lines.append(
             f"with {adding.size} jobs that add runs where they are needed: at most "
-            f"{adding.sum() / 3600:.3g} core-hours, all counted here\n"
+            f"{adding.sum() / 3600:.3g} core-hours, all counted here"
         )
-        * bool(adding.size)
-        + answer.to_string(index=False, float_format=lambda value: f"{value:.3g}")
-    )
+    answer = wall_times(seconds + arguments.overhead, arguments.cores)
+    lines.append(answer.to_string(index=False, float_format=lambda value: f"{value:.3g}"))
+    return "\n".join(lines)
 
 
 def _positive(text: str) -> int:

@@ -9,21 +9,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pkgutil import resolve_name
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field
-from pydantic_core import PydanticCustomError
 
 from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LARGEST, LIMITS, LONGEST
 from beltrepro.replication.plan.points import (
     QUANTITIES,
     UNITS,
-    About,
-    Number,
+    WORDS,
     Point,
-    Whole,
     chain,
     columns,
     described,
@@ -71,13 +67,21 @@ Complaint = tuple[str, str] | None
 class Kind:
     """What is recorded of the points of a dataset."""
 
-    name: str  # its name in config.yaml; one sentence
-    description: str
+    name: str  # its name in config.yaml
     settings: tuple[str, ...]  # what it is told besides points: names in SETTINGS
     record: str  # the function that records it, as module:function
-    recorded: tuple[Array, ...]  # what it records besides a column for each quantity
     checks: tuple[Callable[[dict, Sequence[Point]], Complaint], ...] = ()
     kicks: bool = False  # whether its runs can be kicked
+
+    @property
+    def description(self) -> str:
+        """One sentence."""
+        return WORDS["kinds"][self.name]["description"]
+
+    @property
+    def recorded(self) -> tuple[Array, ...]:
+        """What it records besides a column for each quantity."""
+        return tuple(_array(*row) for row in WORDS["kinds"][self.name]["arrays"].items())
 
     def complaint(self, settings: dict, points: Sequence[Point]) -> Complaint:
         """The first value that fits its type and still cannot be meant."""
@@ -95,126 +99,63 @@ class Kind:
         return {array.name: array for array in (*of_points, *self.recorded)}
 
 
+def _array(name: str, row: str) -> Array:
+    unit, dimensions, symbol, text = map(str.strip, row.split("|", 3))
+    fields = {}
+    if " " in unit:  # a table of records
+        fields, unit = dict(part.split(" ") for part in unit.split(", ")), ""
+    return Array(name, symbol, unit, tuple(dimensions.split(", ")), text, fields)
+
+
 # --- settings -------------------------------------------------------------------------------------
 
 
-def different(values: list) -> list:
-    """Refuse a list in which a value occurs twice."""
-    if any(value in values[:place] for place, value in enumerate(values)):
-        raise PydanticCustomError("repeated", "the same value occurs twice")
-    return values
-
-
-LIST = (Field(min_length=1, json_schema_extra={"uniqueItems": True}), AfterValidator(different))
-_TIME = Field(**LIMITS["duration"])
-
-
 class Settings:
-    """What all points of a dataset share and no axis can vary."""
+    """What all points of a dataset share and no axis can vary. A list holds different values."""
 
-    duration: Annotated[
-        Number,
-        About("t | time | Length of a run, transient included (Sec. IV.A; 2e6 in the paper)."),
-        _TIME,
-    ]
-    transient: Annotated[
-        Number,
-        About(
-            "t_trans | time | The part of the duration that is not measured (Sec. IV.A; 1e6 in the"
-            " paper)."
-        ),
-        Field(ge=0, le=LONGEST),
-    ]
-    section_position: Annotated[
-        Number | None,
-        About(
-            " | length | Position of the Poincare section, crossed with dx/dt < 0: of the last "
-            "block in a scan, of section_block in a catalogue (Fig. 10, x_2 = 304.3). Null, only "
-            "for the last block: 615 with five blocks (Fig. 12), the same share of the length at "
-            "balance for other chains.",
-            None,
-        ),
-        Field(gt=0, le=LARGEST),
-    ]
-    section_values: Annotated[
-        Whole,
-        About(
-            " | 1 | How many values of v_N are kept at crossings of the section (Figs. 12, 14, 17,"
-            " 22).",
-            500,
-        ),
-        Field(ge=1, le=100_000),
-    ]
-    laminar_time: Annotated[
-        Number,
-        About(
-            " | time | The last block must slip for longer than this without sticking to be in a "
-            "laminar phase (Sec. IV.B, intermittency; the paper states no criterion).",
-            200.0,
-        ),
-        _TIME,
-    ]
-    sample_interval: Annotated[
-        Number,
-        About(" | time | Time between samples (Figs. 7, 8, 11, 16, 20).", 0.1),
-        _TIME,
-    ]
-    samples: Annotated[
-        list[Literal["positions", "velocities", "friction"]],
-        About(" | 1 | Which arrays of samples are kept.", ["positions", "velocities", "friction"]),
-        *LIST,
-    ]
-    section_block: Annotated[
-        Whole | None,
-        About(
-            " | 1 | Number of the block whose position defines the Poincare section (Fig. 10, "
-            "block 2); null for the last one.",
-            None,
-        ),
-        Field(**LIMITS["n_blocks"]),
-    ]
-    settle_time: Annotated[
-        Number,
-        About(" | time | Length of the end of a run by which the attractor reached is described."),
-        _TIME,
-    ]
-    noise_clock: Annotated[
-        Literal["rest", "laboratory"],
-        About(
-            " | 1 | What is the same noise for two chains: by the time since a rest of the whole "
-            "chain, or by the time in the laboratory (docs/chaos.md).",
-            "rest",
-        ),
-    ]
-    closed: Annotated[
-        Number,
-        About(
-            " | 1 | Distance of two states that count as one, as a share of the largest "
-            "coordinate.",
-            1e-8,
-        ),
-        Field(gt=0, lt=1),
-    ]
-    energies: Annotated[
-        list[Annotated[Number, Field(ge=1e-3, le=1e4)]],
-        About(
-            " | energy | Energies H for each block of slipping states from which runs begin too "
-            "(docs/physics.md).",
-            [60.0, 200.0, 600.0],
-        ),
-        *LIST,
-    ]
-    distances: Annotated[
-        list[Annotated[Number, Field(gt=0, le=10)]],
-        About(
-            " | length | How far the twins of a chain are moved at first, each by one of these.",
-            [1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1.0],
-        ),
-        *LIST,
-    ]
+    duration: float
+    transient: float
+    section_position: float | None
+    section_values: int
+    laminar_time: float
+    sample_interval: float
+    samples: list[Literal["positions", "velocities", "friction"]]
+    section_block: int | None
+    settle_time: float
+    noise_clock: Literal["rest", "laboratory"]
+    closed: float
+    energies: list[float]
+    distances: list[float]
 
 
-SETTINGS = described(Settings)
+SETTINGS = described(
+    WORDS["settings"],
+    Settings,
+    defaults={
+        "section_position": None,
+        "section_values": 500,
+        "laminar_time": 200.0,
+        "sample_interval": 0.1,
+        "samples": ["positions", "velocities", "friction"],
+        "section_block": None,
+        "noise_clock": "rest",
+        "closed": 1e-8,
+        "energies": [60.0, 200.0, 600.0],
+        "distances": [1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1.0],
+    },
+    limits={  # of a list: of its values
+        **dict.fromkeys(
+            ("duration", "laminar_time", "sample_interval", "settle_time"), LIMITS["duration"]
+        ),
+        "transient": {"ge": 0, "le": LONGEST},
+        "section_position": {"gt": 0, "le": LARGEST},
+        "section_values": {"ge": 1, "le": 100_000},
+        "section_block": LIMITS["n_blocks"],
+        "closed": {"gt": 0, "lt": 1},
+        "energies": {"ge": 1e-3, "le": 1e4},
+        "distances": {"gt": 0, "le": 10},
+    },
+)
 
 
 # --- what fits its type and still cannot be meant -------------------------------------------------
@@ -332,256 +273,64 @@ def _with_point(tables: list[np.ndarray]) -> np.ndarray:
 
 # --- kinds ----------------------------------------------------------------------------------------
 
-
-def _arrays(*rows: str) -> tuple[Array, ...]:
-    """Arrays from rows of name, symbol, unit, dimensions and description.
-
-    A table of records has its fields with their units in place of symbol and unit.
-    """
-    made = []
-    for row in rows:
-        name, *middle, dimensions, text = row.split(" | ")
-        symbol, unit = middle if len(middle) == 2 else ("", "")
-        fields = {} if len(middle) == 2 else dict(part.split(" ") for part in middle[0].split(", "))
-        made.append(Array(name, symbol, unit, tuple(dimensions.split(", ")), text, fields))
-    return tuple(made)
-
-
-_LENGTH = _arrays(
-    "mean_length | <x_N> | length | point | Mean position of the last block after the transient.",
-    "disorder_parameter | r | 1 | point | Standard deviation of x_N over its mean (Eq. 4).",
-)
-
-_RESIDUAL = _arrays(
-    "energy_residual |  | 1 | point | Share of the belt's work that the energy audit does not "
-    "account for.",
-)
-
-_PERIOD = _arrays(
-    "period_time | T | time | point | Length of a period; NaN if the orbit does not close.",
-    "period_events |  | 1 | point | Slips of all blocks in a period; 0 if it does not close.",
-    "period_returns |  | 1 | point | Returns to the mean length in a period; 0 if it does not "
-    "close.",
-)
-
-SCAN = Kind(
-    "scan",
-    "Numbers of each point: r, section velocities, slips, laminar phases (Figs. 12 to 22).",
-    ("duration", "transient", "section_position", "section_values", "laminar_time"),
-    "beltrepro.simulation.scans:scan",
-    (
-        *_LENGTH,
-        *_arrays(
-            "minimum_length |  | length | point | Smallest x_N after the transient.",
-            "maximum_length |  | length | point | Largest x_N after the transient.",
-        ),
-        *_RESIDUAL,
-        *_arrays(
-            "section_position |  | length | point | Position of x_N that defines the section.",
-            "section_count |  | 1 | point | Downward crossings of the section after the transient.",
-            "section_velocity | v_N | velocity | point, crossing | Velocity of the last block "
-            "(laboratory frame) at its first crossings; then NaN.",
-            "slip_count |  | 1 | point, block | Slips of each block after the transient; 0 for "
-            "blocks that a chain lacks.",
-            "laminar_fraction |  | 1 | point | Share of the time in laminar phases.",
-            "laminar_count |  | 1 | point | Number of laminar phases.",
-            "laminar_mean |  | time | point | Mean length of a laminar phase.",
-            "laminar_longest |  | time | point | Length of the longest laminar phase.",
-            "last_stick_time |  | time | point | Last stick of the last block; NaN if it never "
-            "stuck.",
-        ),
-    ),
-    (_transient,),
-)
-
-SERIES = Kind(
-    "series",
-    "Sampled runs, from the end of the transient on, with their events (Figs. 7, 8, 11, 16, 20).",
-    ("duration", "transient", "sample_interval", "samples"),
-    "beltrepro.replication.plan.kinds:series",
-    (
-        *_LENGTH,
-        *_RESIDUAL,
-        *_arrays(
-            "allowed_error |  | force | point | Truncation error allowed in a step; NaN for a "
-            "method without a tolerance.",
-            "time | t | time | time | Instants of the samples.",
-            "positions | x_i | length | point, time, block | From the wall.",
-            "velocities |  | velocity | point, time, block | Laboratory frame.",
-            "friction | F_f | force | point, time, block | Friction force on each block; while it "
-            "is stuck minus the external force.",
-            "events | point 1, time time, block 1, kind 1, force force, position length, "
-            "dissipated energy | event | Slips and sticks in order of run and time; a reversal is "
-            "a stick and a slip at once.",
-        ),
-    ),
-    (_transient, _samples),
-)
-
-CATALOGUE = Kind(
-    "catalogue",
-    "Slips, avalanches and section points of each run after the transient (Figs. 9, 10).",
-    ("duration", "transient", "section_block", "section_position"),
-    "beltrepro.simulation.catalogues:catalogue",
-    _arrays(
-        "slips | point 1, block 1, start_time time, stop_time time, start_position length, "
-        "stop_position length, dissipated energy | slip | Slips of every block that start after "
-        "the transient.",
-        "avalanches | point 1, start_time time, stop_time time, slips 1, blocks 1, dissipated "
-        "energy, spring_energy_drop energy, last_block_displacement length | avalanche | "
-        "Overlapping slips of all blocks, from the first start to the last stop.",
-        "section | point 1, time time, positions length, velocities velocity | crossing | States "
-        "at the crossings of the section, in the laboratory frame.",
-    ),
-    (_transient, _section),
-)
-
-ESCAPES = Kind(
-    "escapes",
-    "When the last block of each run came to slip for good, and the state then (inset of Fig. 12).",
-    ("duration", "settle_time", "laminar_time"),
-    "beltrepro.simulation.scans:time_to_continuous_slip",
-    _arrays(
-        "lifetime | tau | time | point | Last stick of the last block; duration if not escaped.",
-        "escaped |  | 1 | point | Whether the last block slips on to the end of the run.",
-        "final_disorder | r | 1 | point | r over the end of the run (settle_time).",
-        "final_mean_length | <x_N> | length | point | Mean of x_N over the end of the run.",
-        "final_amplitude |  | length | point | Range of x_N over the end of the run.",
-        "final_stick_rate |  | 1/time | point, block | Sticks of each block per time over the end "
-        "of the run.",
-    ),
-    (_settle_time,),
-)
-
-MOTION = Kind(
-    "motion",
-    "Name, period and largest Lyapunov exponent of the motion after the transient (docs/chaos.md).",
-    ("duration", "transient", "noise_clock"),
-    "beltrepro.chaos:classify",
-    (
-        *_arrays(
-            "state |  | 1 | point | Name of the motion.",
-        ),
-        *_PERIOD,
-        *_arrays(
-            "largest_exponent | lambda_1 | 1/time | point | Largest Lyapunov exponent after the "
-            "transient.",
-            "standard_error |  | 1/time | point | Its standard error.",
-        ),
-        *_LENGTH,
-    ),
-    (_transient, _tangent),
-)
-
-SETTLING = Kind(
-    "settling",
-    "How long the motion is irregular, and what it settles on (docs/chaos.md).",
-    ("duration", "closed"),
-    "beltrepro.chaos:time_to_orbit",
-    (
-        *_arrays(
-            "settled |  | 1 | point | Whether the motion settled within the duration.",
-            "lifetime | tau | time | point | How long the motion was irregular; the duration if it"
-            " did not settle.",
-            "state |  | 1 | point | Name of the motion at the end.",
-        ),
-        *_PERIOD,
-        *_arrays(
-            "irregular_exponent | lambda_1 | 1/time | point | Largest Lyapunov exponent of the "
-            "irregular motion; NaN if that was short.",
-            "irregular_error |  | 1/time | point | Its standard error.",
-            "irregular_time |  | time | point | Time over which it was measured.",
-        ),
-        *_LENGTH,
-        *_arrays(
-            "return_state |  |  | point, coordinate | Displacements, then relative velocities, at "
-            "the last return to a section of the last block; model lengths and velocities, NaN "
-            "padded.",
-        ),
-    ),
-    kicks=True,
-)
-
-SEPARATION = Kind(
-    "separation",
-    "When runs that begin close together are first apart by each of several levels "
-    "(docs/chaos.md).",
-    ("duration", "transient", "distances"),
-    "beltrepro.chaos:separation",
-    _arrays(
-        "levels |  | length | level | Distances, in ascending order.",
-        "distances |  | length | twin | How far the twins of a chain are at first.",
-        "passage_time |  | time | point, twin, level | Time since the twins were moved at which "
-        "one was first further away than a level; NaN where it never was, or begins further away.",
-    ),
-    (_transient,),
-    kicks=True,
-)
-
-BASINS = Kind(
-    "basins",
-    "Which attractor each start reaches, from rest and from slipping states, and the branches of "
-    "orbits along u (docs/chaos.md).",
-    ("duration", "energies"),
-    "beltrepro.replication.plan.attractors:basin_starts",
-    _arrays(
-        "start_energy |  | energy | start | Energy H for each block of the slipping state in which "
-        "runs begin; 0 for starts at rest.",
-        "attractor |  | 1 | point, start | Label of the attractor reached; holds for one N.",
-        "state |  | 1 | point, start | Name of the motion reached.",
-        "lifetime | tau | time | point, start | How long the motion was irregular; the duration if "
-        "it did not settle.",
-        "period_events |  | 1 | point, start | Slips of all blocks in a period; 0 without.",
-        "disorder_parameter | r | 1 | point, start | r of the settled motion, or of the end.",
-        "attractors | point 1, attractor 1, state 1, period_time time, period_events 1, "
-        "largest_multiplier 1, disorder_parameter 1 | attractor | Attractors at each belt velocity,"
-        " by its first point; also those that no start reached.",
-        "branches | point 1, attractor 1, belt_velocity velocity, disorder_parameter 1, "
-        "period_time time, period_events 1, end 1, end_block 1 | orbit | Orbits of each branch, "
-        "followed along u, and how it ends at its first and last; by the first point of the lowest "
-        "belt velocity of its attractor.",
-    ),
-    (_tangent,),
-)
-
-SWEEP = Kind(
-    "sweep",
-    "r on the way up in u and down again, each point from the end of the one before.",
-    ("duration", "transient"),
-    "beltrepro.replication.plan.attractors:sweeps",
-    _arrays(
-        "mean_length | <x_N> | length | point, way | Mean position of the last block after the "
-        "transient; up, then down.",
-        "disorder_parameter | r | 1 | point, way | r of the same.",
-    ),
-    (_transient,),
-)
-
-TRIAL = Kind(
-    "trial",
-    "What a recording of the experiment's kind would tell of each run: r, stretches of small "
-    "amplitude (docs/experiment.md).",
-    ("duration", "transient", "sample_interval", "laminar_time"),
-    "beltrepro.replication.camera.trials:trials",
-    (
-        *_LENGTH,
-        *_arrays(
-            "small_share |  | 1 | point | Share of the time with small amplitude, as in a film.",
-            "lasting_share |  | 1 | point | Share of the time in small amplitudes that last.",
-            "lasting_count |  | 1 | point | Number of stretches of small amplitude that last.",
-            "lasting_longest |  | time | point | Length of the longest of them.",
-            "lively_longest |  | time | point | Longest time between them.",
-            "slip_longest |  | time | point | Longest time in which the last block does not stick.",
-            "all_slip_longest |  | time | point | Longest time in which no block sticks.",
-        ),
-    ),
-    (_transient,),
-)
-
 KINDS = {
     kind.name: kind
     for kind in (
-        *(SCAN, SERIES, CATALOGUE, ESCAPES, MOTION, SETTLING, SEPARATION, TRIAL),
-        *(BASINS, SWEEP),
+        Kind(
+            "scan",
+            ("duration", "transient", "section_position", "section_values", "laminar_time"),
+            "beltrepro.simulation.scans:scan",
+            (_transient,),
+        ),
+        Kind(
+            "series",
+            ("duration", "transient", "sample_interval", "samples"),
+            "beltrepro.replication.plan.kinds:series",
+            (_transient, _samples),
+        ),
+        Kind(
+            "catalogue",
+            ("duration", "transient", "section_block", "section_position"),
+            "beltrepro.simulation.catalogues:catalogue",
+            (_transient, _section),
+        ),
+        Kind(
+            "escapes",
+            ("duration", "settle_time", "laminar_time"),
+            "beltrepro.simulation.scans:time_to_continuous_slip",
+            (_settle_time,),
+        ),
+        Kind(
+            "motion",
+            ("duration", "transient", "noise_clock"),
+            "beltrepro.chaos:classify",
+            (_transient, _tangent),
+        ),
+        Kind("settling", ("duration", "closed"), "beltrepro.chaos:time_to_orbit", kicks=True),
+        Kind(
+            "separation",
+            ("duration", "transient", "distances"),
+            "beltrepro.chaos:separation",
+            (_transient,),
+            kicks=True,
+        ),
+        Kind(
+            "trial",
+            ("duration", "transient", "sample_interval", "laminar_time"),
+            "beltrepro.replication.camera.trials:trials",
+            (_transient,),
+        ),
+        Kind(
+            "basins",
+            ("duration", "energies"),
+            "beltrepro.replication.plan.attractors:basin_starts",
+            (_tangent,),
+        ),
+        Kind(
+            "sweep",
+            ("duration", "transient"),
+            "beltrepro.replication.plan.attractors:sweeps",
+            (_transient,),
+        ),
     )
 }

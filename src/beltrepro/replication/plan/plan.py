@@ -8,7 +8,7 @@ import functools
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -37,13 +37,13 @@ class Entry(NamedTuple):
 Entries = dict[str, Entry]
 
 
-class AddedBatch(NamedTuple):
-    """A job that looks at the runs of some rows, and adds runs where more are needed."""
+class Batch(NamedTuple):
+    """The points of one job; or the runs of rows, to which a job adds where more are needed."""
 
     name: str  # of its file
-    planned: tuple[Point, ...]  # the runs that the rows had at first
-    looks_at: tuple[str, ...]  # names of the batches that hold their runs so far
-    most: tuple[Point, ...]  # places of the runs that it adds at most
+    points: tuple[Point, ...]  # if it adds runs, those that the rows had at first
+    most: tuple[Point, ...]  # points that it advances at most; of added runs, their places
+    looks_at: tuple[str, ...] = ()  # names of the batches with the runs to which it adds
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,11 @@ class PlannedDataset:
     more_runs: MoreRuns | None = None  # whether points get more runs, and when
 
     @functools.cached_property
-    def batches(self) -> tuple[tuple[Point, ...], ...]:
+    def batches(self) -> dict[str, Batch]:
+        """All jobs by name, in the order in which their files are joined."""
+        return {batch.name: batch for batch in (*self._first(), *self._added())}
+
+    def _first(self) -> Iterator[Batch]:
         """The points cut into jobs, in their order; all of a batch have one method, and all or
         none of them noise."""
         cut = []
@@ -66,40 +70,24 @@ class PlannedDataset:
             points = tuple(alike)
             starts = range(0, len(points), self.points_per_job)
             cut += [points[start : start + self.points_per_job] for start in starts]
-        return tuple(cut)
+        return (Batch(f"{number:04d}", points, points) for number, points in enumerate(cut))
 
-    @functools.cached_property
-    def added(self) -> tuple[AddedBatch, ...]:
+    def _added(self) -> Iterator[Batch]:
         """The jobs that add runs, in their rounds; each has whole rows, of few of which it adds."""
         if not self.more_runs:
-            return ()
-        batch_of = {
-            point: f"{number:04d}" for number, batch in enumerate(self.batches) for point in batch
-        }
-        cut = []
-        for part, row_places in enumerate(self._cut_rows(self.more_runs.along)):
-            planned = tuple(point for place in row_places for point in self._runs_at[place])
-            looks_at = [*dict.fromkeys(batch_of[point] for point in planned)]
-            fewest = min(len(self._runs_at[place]) for place in row_places)
+            return
+        batch_of = {point: batch.name for batch in self._first() for point in batch.points}
+        runs_at: dict[Point, list[Point]] = {}
+        for point in self.points:
+            runs_at.setdefault(place_of(point), []).append(point)
+        for part, places in enumerate(self._cut_rows(self.more_runs.along)):
+            points = tuple(point for place in places for point in runs_at[place])
+            looks_at = [*dict.fromkeys(batch_of[point] for point in points)]
+            fewest = min(len(runs_at[place]) for place in places)
             for number, count in enumerate(self.more_runs.rounds(fewest), start=1):
                 name = f"round{number}_{part:04d}"
-                cut.append(AddedBatch(name, planned, tuple(looks_at), tuple(row_places) * count))
+                yield Batch(name, points, tuple(places) * count, tuple(looks_at))
                 looks_at.append(name)
-        return tuple(cut)
-
-    @functools.cached_property
-    def _runs_at(self) -> dict[Point, list[Point]]:
-        """The runs at each place."""
-        runs: dict[Point, list[Point]] = {}
-        for point in self.points:
-            runs.setdefault(place_of(point), []).append(point)
-        return runs
-
-    @property
-    def batch_names(self) -> list[str]:
-        """Names of the files of batches, in the order in which they are joined."""
-        first = [f"{number:04d}" for number in range(len(self.batches))]
-        return [*first, *(batch.name for batch in self.added)]
 
     def _cut_rows(self, along: str) -> list[list[Point]]:
         """Places of whole rows for one job each, cut as in `batches`."""
@@ -113,18 +101,14 @@ class PlannedDataset:
 
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""
-        return dict(self._values)
-
-    @functools.cached_property
-    def _values(self) -> dict[str, list]:
         columns = zip(QUANTITIES, zip(*self.points, strict=True), strict=True)
         return {name: sorted(set(values), key=_none_first) for name, values in columns}
 
     def described(self) -> dict:
         """The whole as plain values."""
-        return {"kind": self.kind.name} | self.settings | self.values() | self.spec_of_more()
+        return {"kind": self.kind.name} | self.settings | self.values() | self.more()
 
-    def spec_of_more(self) -> dict:
+    def more(self) -> dict:
         """When points get more runs, as plain values; empty if they never do."""
         return {"more_runs": self.more_runs._asdict()} if self.more_runs else {}
 
@@ -169,27 +153,15 @@ class Plan:
         """Plain values that say what the file of a dataset holds."""
         dataset = self.datasets[name]
         points = {"count": len(dataset.points)} | dataset.values()  # those planned, if more come
-        return self._spec(dataset, points) | dataset.spec_of_more()
+        return self._spec(dataset, points, with_more=True)
 
-    def batch_spec(self, name: str, number: int) -> dict:
-        """Plain values that the job of one batch needs, and its file keeps."""
+    def batch_spec(self, name: str, batch: str) -> dict:
+        """Plain values that a job needs, and its file keeps."""
         dataset = self.datasets[name]
-        return self._spec(dataset, plain(dataset.batches[number]))
+        points, adds = plain(dataset.batches[batch].points), bool(dataset.batches[batch].looks_at)
+        return self._spec(dataset, points, with_more=adds) | ({"batch": batch} if adds else {})
 
-    def added_spec(self, name: str, batch: AddedBatch) -> dict:
-        """Plain values that a job needs which adds runs, and its file keeps."""
-        dataset = self.datasets[name]
-        spec = self._spec(dataset, plain(batch.planned)) | dataset.spec_of_more()
-        return spec | {"batch": batch.name}
-
-    def batch_specs(self, name: str) -> dict[str, dict]:
-        """What each batch of a dataset is told, in the order in which they are joined."""
-        dataset = self.datasets[name]
-        specs = [self.batch_spec(name, number) for number in range(len(dataset.batches))]
-        specs += [self.added_spec(name, batch) for batch in dataset.added]
-        return dict(zip(dataset.batch_names, specs, strict=True))
-
-    def _spec(self, dataset: PlannedDataset, points: dict) -> dict:
+    def _spec(self, dataset: PlannedDataset, points: dict, with_more: bool) -> dict:
         return {
             "dataset": dataset.name,
             "kind": dataset.kind.name,
@@ -197,6 +169,7 @@ class Plan:
             "run": self.run,
             "settings": dataset.settings,
             "points": points,
+            **(dataset.more() if with_more else {}),
         }
 
 
@@ -303,7 +276,7 @@ def _dataset(
     more_runs = keys.get("more_runs", Entry(None, place))
     rule = _more_runs(more_runs, kind, points) if more_runs.value else None
     dataset = PlannedDataset(name, kind, points, settings, per_job.value, rule)
-    if len(points) > MOST_JOBS and (count := len(dataset.batch_names)) > MOST_JOBS:
+    if len(points) > MOST_JOBS and (count := len(dataset.batches)) > MOST_JOBS:
         text = f"makes {count} jobs, at most {MOST_JOBS} allowed: raise points_per_job"
         refuse(f"{per_job.where}: {text}")
     return dataset

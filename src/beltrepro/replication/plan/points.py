@@ -5,16 +5,21 @@ file say of themselves follow from `Point`. Its order is that of the points: the
 fastest.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, get_type_hints
 
 import numpy as np
-from pydantic import BeforeValidator, Field, Strict
+import yaml
 
 from beltrepro.model import ChainParameters, units
 from beltrepro.model.parameters import LIMITS
 
+WORDS: dict[str, Any] = yaml.load(
+    Path(__file__).with_name("words.yaml").read_text(encoding="utf-8"),
+    Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader),
+)
 UNITS = {
     "1": "1",
     "length": f"model length ({1e3 * units.LENGTH_M:.3g} mm)",
@@ -28,7 +33,6 @@ UNITS = {
 """Text of each unit as files carry it."""
 
 Method = Literal["verlet", "event"]
-METHODS: tuple[str, ...] = get_args(Method)
 
 
 class _Required:
@@ -41,172 +45,59 @@ class _Required:
 REQUIRED = _Required()
 
 
-class About(NamedTuple):
-    """What stands beside the type of a quantity or setting."""
-
-    # "symbol | unit | description": that of the paper, in plain letters; a key of UNITS; one
-    # sentence, with the section or equation of the paper
-    words: str
-    default: Any = REQUIRED  # value where none is given
-
-
 @dataclass(frozen=True)
 class Described:
-    """A quantity of a point or a setting of a kind, as its annotation has it."""
+    """A quantity of a point, or a setting of a kind or of the camera: what it is and may be."""
 
     name: str
-    type: Any  # what pydantic checks values by
-    symbol: str
-    unit: str
-    description: str
-    default: Any
+    type: Any  # as an annotation has it
+    default: Any  # value where none is given
+    limits: Mapping[str, float] = field(hash=False)  # by the names that pydantic has for ends
+    symbol: str = ""  # that of the paper, in plain letters; a key of UNITS; one sentence
+    unit: str = "1"
+    description: str = ""
 
 
-def described(owner: type) -> dict[str, Described]:
-    """What the annotations of a class say, by name and in their order."""
+def described(
+    words: Mapping[str, str], owner: type, defaults: Mapping[str, Any], limits: Mapping[str, Any]
+) -> dict[str, Described]:
+    """What the annotations of a class stand for, by name and in their order."""
     table = {}
-    for name, hint in get_type_hints(owner, include_extras=True).items():
-        about = next(part for part in hint.__metadata__ if isinstance(part, About))
-        symbol, unit, text = about.words.split(" | ")
-        table[name] = Described(name, hint, symbol, unit, text, about.default)
+    for name, type_ in get_type_hints(owner).items():
+        unit, symbol, text = map(str.strip, words[name].split("|", 2))
+        default = defaults.get(name, REQUIRED)
+        table[name] = Described(name, type_, default, limits.get(name, {}), symbol, unit, text)
     return table
-
-
-def _whole(value: object) -> object:
-    """2.0 is a whole number; what is none is left to be refused."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-WHOLE = BeforeValidator(_whole)
-Number = Annotated[float, Strict()]
-Whole = Annotated[int, Strict(), WHOLE]
-Key = Annotated[Whole, Field(ge=0, le=2**32 - 1)]
-_PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
 
 
 class Point(NamedTuple):
     """One value of each quantity."""
 
-    n_blocks: Annotated[
-        Whole,
-        About("N | 1 | Number of blocks of the chain (Sec. III)."),
-        Field(**LIMITS["n_blocks"]),
-    ]
-    static_friction: Annotated[
-        Number,
-        About(
-            "F_st0 | force | Mean of the static friction force (Sec. III; 1.98 N in Sec. II).",
-            _PAPER.static_friction,
-        ),
-        Field(**LIMITS["static_friction"]),
-    ]
-    friction_ratio: Annotated[
-        Number,
-        About(
-            "f_s | 1 | F_k / F_st, kinetic over static friction (Eq. 3, Sec. II).",
-            _PAPER.friction_ratio,
-        ),
-        Field(**LIMITS["friction_ratio"]),
-    ]
-    rest_length: Annotated[
-        Number,
-        About("l | length | Length of an undeformed spring (Sec. III, Eq. 1).", _PAPER.rest_length),
-        Field(**LIMITS["rest_length"]),
-    ]
-    linear_limit: Annotated[
-        Number,
-        About(
-            "Delta l_max | length | Deformation up to which a spring is linear (Eq. 2).",
-            _PAPER.linear_limit,
-        ),
-        Field(**LIMITS["linear_limit"]),
-    ]
-    compression_rate: Annotated[
-        Number,
-        About(
-            "b_1 | 1/length | Rate of the exponential of a compressed spring (Eq. 2).",
-            _PAPER.compression_rate,
-        ),
-        Field(**LIMITS["compression_rate"]),
-    ]
-    extension_rate: Annotated[
-        Number,
-        About(
-            "b_2 | 1/length | Rate of the exponential of a stretched spring (Eq. 2).",
-            _PAPER.extension_rate,
-        ),
-        Field(**LIMITS["extension_rate"]),
-    ]
-    noise: Annotated[
-        Number,
-        About("sigma | force | Standard deviation of the static friction force (Sec. III).", 0.0),
-        Field(**LIMITS["noise"]),
-    ]
-    belt_velocity: Annotated[
-        Number,
-        About("u | velocity | Velocity of the belt (Sec. III)."),
-        Field(**LIMITS["belt_velocity"]),
-    ]
-    initial_spread: Annotated[
-        Number,
-        About(
-            "s_0 | length | Standard deviation of the displacements of the blocks at the start. "
-            "Replicate 0 starts from the state of Sec. III, whatever the spread.",
-            0.0,
-        ),
-        Field(**LIMITS["initial_spread"]),
-    ]
-    method: Annotated[
-        Method,
-        About(
-            " | 1 | Numerical scheme: verlet is the paper's (Appendix), event locates slips and "
-            "sticks exactly (docs/event.md).",
-            "event",
-        ),
-    ]
-    time_step: Annotated[
-        Number,
-        About(
-            "dt | time | Step of the integration (Sec. III and Appendix); for event it only sets "
-            "the strength of the noise.",
-            0.001,
-        ),
-        Field(**LIMITS["time_step"]),
-    ]
-    tolerance: Annotated[
-        Number | None,
-        About(
-            " | force | Truncation error allowed in a step of event (docs/event.md); null for the "
-            "method's own, and for a method that has none.",
-            None,
-        ),
-        Field(**LIMITS["tolerance"]),
-    ]
-    kick: Annotated[
-        Number,
-        About(
-            " | length | Standard deviation of the displacement that a block gets when it starts "
-            "to slip, for event only (docs/chaos.md); the paper has none.",
-            0.0,
-        ),
-        Field(**LIMITS["kick"]),
-    ]
-    seed: Annotated[
-        Key,
-        About(
-            " | 1 | Seed of all random numbers. With N, u, sigma, the constants of the law and the"
-            " replicate it fixes the random static friction F_st (Sec. III) and the initial "
-            "spread.",
-            1,
-        ),
-    ]
-    replicate: Annotated[
-        Key,
-        About(" | 1 | Number of the repetition of a chain: others have other random numbers.", 0),
-    ]
+    n_blocks: int
+    static_friction: float
+    friction_ratio: float
+    rest_length: float
+    linear_limit: float
+    compression_rate: float
+    extension_rate: float
+    noise: float
+    belt_velocity: float
+    initial_spread: float
+    method: Method
+    time_step: float
+    tolerance: float | None
+    kick: float
+    seed: int
+    replicate: int
 
 
-QUANTITIES = described(Point)
+_CHAIN = {one.name: one.default for one in fields(ChainParameters) if one.default is not MISSING}
+_SETUP = {
+    **{"initial_spread": 0.0, "method": "event", "time_step": 0.001, "tolerance": None},
+    **{"kick": 0.0, "seed": 1, "replicate": 0},
+}
+_KEYS = {name: {"ge": 0, "le": 2**32 - 1} for name in ("seed", "replicate")}
+QUANTITIES = described(WORDS["quantities"], Point, _CHAIN | _SETUP, LIMITS | _KEYS)
 CHAIN = tuple(field.name for field in fields(ChainParameters) if field.name in QUANTITIES)
 """The quantities that are parameters of the chain; the others say how it is computed."""
 LAW = tuple(

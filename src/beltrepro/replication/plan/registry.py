@@ -9,7 +9,7 @@ for pandas and matplotlib.
 import ast
 import functools
 from collections.abc import Iterable
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, TypeVar
@@ -161,10 +161,18 @@ def _assigned(folder: Path, label: str) -> list[tuple[Path, ast.expr]]:
 
 
 def _entry(path: Path, label: str, call: ast.expr, kind: type[E]) -> E:
+    """The entry that a call stands for, whose arguments are literal."""
     try:
-        return kind(**_arguments(call, kind), module=_dotted(path))
+        if not isinstance(call, ast.Call) or call.args or ast.unparse(call.func) != kind.__name__:
+            raise InputError(f"must be {kind.__name__}(title=..., ...)")
+        arguments = {str(word.arg): _literal(word.arg, word.value) for word in call.keywords}
+        return kind(**arguments, module=_dotted(path))
+    except TypeError as error:  # missing, or unknown
+        allowed = ", ".join(entry.name for entry in fields(kind) if entry.name != "module")
+        problem = f"{str(error).partition('() ')[2]}; allowed are {allowed}"
     except InputError as error:
-        raise InputError(f"{_place(path)}: {label}: {error}") from None
+        problem = str(error)
+    raise InputError(f"{_place(path)}: {label}: {problem}")
 
 
 def _place(path: Path) -> str:
@@ -179,24 +187,7 @@ def _dotted(path: Path) -> str:
     return ".".join(["beltrepro.replication.studies", *parts])
 
 
-def _arguments(call: ast.expr, kind: Any) -> dict:
-    """Keyword arguments of the call, complete and literal."""
-    called = kind.__name__
-    if not isinstance(call, ast.Call) or call.args or ast.unparse(call.func) != called:
-        raise InputError(f"must be {called}(title=..., ...)")
-    values = {keyword.arg: keyword.value for keyword in call.keywords}
-    allowed = [entry.name for entry in fields(kind) if entry.name != "module"]
-    for entry in fields(kind):
-        required = entry.default is MISSING and entry.default_factory is MISSING
-        if entry.name not in values and required:
-            raise InputError(f"{entry.name} is missing")
-    for name in values:
-        if name not in allowed:
-            raise InputError(f"unknown field {name!r}: allowed are {', '.join(allowed)}")
-    return {name: _literal(name, value) for name, value in values.items()}
-
-
-def _literal(name: str | None, value: ast.expr) -> object:
+def _literal(name: str | None, value: ast.expr) -> Any:
     try:
         return ast.literal_eval(value)
     except ValueError:

@@ -10,19 +10,12 @@ from typing import Any
 
 from beltrepro.replication.plan import dependencies, files, jobs, manifest, registry
 from beltrepro.replication.plan.filming import FILM, TRACK
-from beltrepro.replication.plan.plan import AddedBatch, make_plan
-from beltrepro.replication.plan.points import Point
+from beltrepro.replication.plan.plan import Batch, make_plan
 
 SCRIPTS = Path("workflow", "scripts")
 # Minutes that a simulation asks of a cluster: for its start and a compilation, and for its work.
 # The dearest class of jobs took 1.5e-6 s for a block and a unit of time.
 _START, _PER_WORK = 10.0, 4e-6 / 60
-
-
-def _choices(points: Iterable[Point]) -> tuple[str, ...]:
-    """What code that has a table by method is taken of it for these points."""
-    kicked = {"kicked" for point in points if point.kick > 0}
-    return tuple(sorted({point.method for point in points} | kicked))
 
 
 class Workflow:
@@ -45,7 +38,7 @@ class Workflow:
         self._top = top
         self._known: dict[str, dict] = {}
         self._codes = dependencies.KeptHashes(top / ".snakemake" / "code_hashes.json")
-        self._tree = dependencies.Tree()
+        self._package = dependencies.Sources()
         registry.check_names(self.plan.datasets)
         inputs = [*self.plan.datasets, *self.filmed, *self.tables]
         for entries in (self.tables, self.figures):
@@ -57,8 +50,6 @@ class Workflow:
         """Patterns of the wildcards."""
         return {
             "dataset": "|".join(self.plan.datasets),
-            "batch": "[0-9]{4}",
-            "added": "round[0-9]+_[0-9]{4}",
             "film": "|".join(self.plan.films),
             "table": "|".join(table.file(name) for name, table in self.tables.items()),
             "figure": "|".join(self.figures),
@@ -87,13 +78,14 @@ class Workflow:
 
     def batches(self, wildcards: Any) -> list[str]:
         """Files of the batches of a dataset."""
-        specs = self.plan.batch_specs(wildcards.dataset)
-        return [f"<results>/batches/{wildcards.dataset}/{name}.h5" for name in specs]
+        return self._batch_files(wildcards.dataset, self.plan.datasets[wildcards.dataset].batches)
 
     def runs_so_far(self, wildcards: Any) -> list[str]:
         """Files of the batches that hold the runs to which more may be added."""
-        names = self._added(wildcards).looks_at
-        return [f"<results>/batches/{wildcards.dataset}/{name}.h5" for name in names]
+        return self._batch_files(wildcards.dataset, self._batch(wildcards).looks_at)
+
+    def _batch_files(self, dataset: str, names: Iterable[str]) -> list[str]:
+        return [f"<results>/batches/{dataset}/{name}.h5" for name in names]
 
     def with_metadata(self, name: str) -> list[str]:
         """A table, film or track, and the file that says what it is."""
@@ -149,13 +141,7 @@ class Workflow:
 
     def minutes_of_batch(self, wildcards: Any, attempt: int) -> int:
         """Time that a batch may take on a cluster; each attempt asks for as much again."""
-        dataset = self.plan.datasets[wildcards.dataset]
-        work = dataset.work(dataset.batches[int(wildcards.batch)])
-        return attempt * math.ceil(_START + _PER_WORK * work)
-
-    def minutes_of_added(self, wildcards: Any, attempt: int) -> int:
-        """The same of a batch of added runs, if all are added."""
-        work = self.plan.datasets[wildcards.dataset].work(self._added(wildcards).most)
+        work = self.plan.datasets[wildcards.dataset].work(self._batch(wildcards).most)
         return attempt * math.ceil(_START + _PER_WORK * work)
 
     def simulation_jobs(self) -> list[tuple]:
@@ -168,45 +154,22 @@ class Workflow:
         """Files that a table, figure or film is made from, by name of what they hold."""
         return self.files_of(*self._sources(wildcards))
 
-    def of_figure(self, field: str) -> Callable[[Any], Any]:
-        """What the entry of the figure says under this name, for a directive."""
-        return lambda wildcards: getattr(self.figures[wildcards.figure], field)
-
-    def figure_labels(self, wildcards: Any) -> dict[str, str]:
-        """Labels of a figure in Snakemake's report."""
-        return {"figure": wildcards.figure, "title": self.figures[wildcards.figure].title}
+    def about(self, field: str) -> Callable[[Any], Any]:
+        """What the entry of a figure or table says under this name, for a directive."""
+        return lambda wildcards: getattr(self._entry(wildcards), field)
 
     def _sources(self, wildcards: Any) -> tuple[str, ...]:
         if hasattr(wildcards, "film"):
             return (self.plan.films[wildcards.film].dataset,)
+        return self._entry(wildcards).uses
+
+    def _entry(self, wildcards: Any) -> registry.Figure | registry.Table:
         if hasattr(wildcards, "figure"):
-            return self.figures[wildcards.figure].uses
-        return self._table(wildcards).uses
-
-    def _added(self, wildcards: Any) -> AddedBatch:
-        added = self.plan.datasets[wildcards.dataset].added
-        return next(batch for batch in added if batch.name == wildcards.added)
-
-    def _table(self, wildcards: Any) -> registry.Table:
+            return self.figures[wildcards.figure]
         return self.tables[Path(wildcards.table).name]  # it may lie at the top of the results
 
-    # --- what a job is told; all of it in params, so that a change reruns the job ---
-
-    def batch_spec(self, wildcards: Any) -> dict:
-        """What a batch is told."""
-        return self.plan.batch_spec(wildcards.dataset, int(wildcards.batch))
-
-    def added_spec(self, wildcards: Any) -> dict:
-        """What a batch of added runs is told."""
-        return self.plan.added_spec(wildcards.dataset, self._added(wildcards))
-
-    def dataset_spec(self, wildcards: Any) -> dict:
-        """What the file of a dataset is told."""
-        return self.plan.dataset_spec(wildcards.dataset)
-
-    def film_spec(self, wildcards: Any) -> dict:
-        """What a film is told."""
-        return self.plan.films[wildcards.film].spec()
+    def _batch(self, wildcards: Any) -> Batch:
+        return self.plan.datasets[wildcards.dataset].batches[wildcards.batch]
 
     # --- what files must say of themselves ---
 
@@ -223,13 +186,11 @@ class Workflow:
         return self._expected(f"{wildcards.film}{FILM}")
 
     def expected_batches(self, wildcards: Any) -> list[dict]:
-        """Of the batches of a dataset."""
-        return [*map(files.expected, self.plan.batch_specs(wildcards.dataset).values())]
-
-    def expected_so_far(self, wildcards: Any) -> list[dict]:
-        """Of the batches that hold the runs to which more may be added."""
-        specs = self.plan.batch_specs(wildcards.dataset)
-        return [files.expected(specs[name]) for name in self._added(wildcards).looks_at]
+        """Of the batches that are joined, or that hold the runs to which more may be added."""
+        adds = hasattr(wildcards, "batch")
+        dataset = self.plan.datasets[wildcards.dataset]
+        names = self._batch(wildcards).looks_at if adds else dataset.batches
+        return [files.expected(self.plan.batch_spec(dataset.name, name)) for name in names]
 
     def expected_of_sources(self, wildcards: Any) -> dict[str, dict]:
         """Of what a table or film is made from."""
@@ -277,30 +238,24 @@ class Workflow:
         text = hashlib.sha256(path.read_bytes()).hexdigest()
         return self._codes.get(
             json.dumps([script, text, functions, choices]),
-            lambda: dependencies.code_hash(
-                *functions, script=path, choices=choices, tree=self._tree
-            ),
+            lambda: self._package.code_hash(*functions, script=path, choices=choices),
         )
 
     def code_of_batch(self, wildcards: Any) -> str:
         """Code behind a batch: the function of its kind, by its own integrator."""
-        dataset = self.plan.datasets[wildcards.dataset]
-        batch = dataset.batches[int(wildcards.batch)]
-        return self.code("simulate.py", dataset.kind.record, choices=_choices(batch))
-
-    def code_of_added(self, wildcards: Any) -> str:
-        """Code behind added runs: that of a batch, and what says where they are needed."""
-        record = self.plan.datasets[wildcards.dataset].kind.record
-        rule = "beltrepro.replication.plan.more_runs:wanted"
-        return self.code(
-            "add_runs.py", record, rule, choices=_choices(self._added(wildcards).planned)
-        )
+        batch = self._batch(wildcards)
+        functions = [self.plan.datasets[wildcards.dataset].kind.record]
+        if batch.looks_at:
+            functions.append("beltrepro.replication.plan.more_runs:wanted")
+        script = "add_runs.py" if batch.looks_at else "simulate.py"
+        kicked = {"kicked" for point in batch.points if point.kick > 0}
+        choices = sorted({point.method for point in batch.points} | kicked)
+        return self.code(script, *functions, choices=tuple(choices))
 
     def code_of_table(self, wildcards: Any) -> str:
         """Code behind a table: the function of its name."""
-        name = Path(wildcards.table).name
-        functions = (f"{self.tables[name].module}:{function}" for function in (name, "derive"))
-        return self.code("derive.py", *functions)
+        function = f"{self._entry(wildcards).module}:{Path(wildcards.table).name}"
+        return self.code("derive.py", function)
 
     def code_of_figure(self, wildcards: Any) -> str:
         """Code behind a figure: what draws and what saves it."""
@@ -312,14 +267,14 @@ class Workflow:
     def records(self) -> Iterator[tuple[str, str, list[str], list[str]]]:
         """Rule, name, inputs and outputs of each job of the run."""
         for name, dataset in self.plan.datasets.items():
-            looked_at = {batch.name: batch.looks_at for batch in dataset.added}
-            made = {part: f"<results>/batches/{name}/{part}.h5" for part in dataset.batch_names}
-            for part, path in made.items():
+            for batch in dataset.batches.values():
                 rule, sources = "simulate", ["config.yaml"]
-                if part in looked_at:
-                    rule, sources = "add_runs", [made[source] for source in looked_at[part]]
-                yield rule, f"batches/{name}/{part}", sources, [path]
-            yield "join", f"datasets/{name}", list(made.values()), [self.file_of(name)]
+                if batch.looks_at:
+                    rule, sources = "add_runs", self._batch_files(name, batch.looks_at)
+                made = self._batch_files(name, [batch.name])
+                yield rule, f"batches/{name}/{batch.name}", sources, made
+            batches = self._batch_files(name, dataset.batches)
+            yield "join", f"datasets/{name}", batches, [self.file_of(name)]
         for name, planned in self.plan.films.items():
             film, track = self.with_metadata(f"{name}{FILM}"), self.with_metadata(f"{name}{TRACK}")
             yield "film", f"experiment/{name}.film", [self.file_of(planned.dataset)], film
