@@ -101,7 +101,11 @@ TABLES = {
 
 POINT = ["n_blocks", "belt_velocity"]
 FEWEST_FOR_A_LAW = 100
-_ENDS = ("", "_low", "_high")
+
+
+def _ends(name: str) -> list[str]:
+    """Columns of an estimate and of its interval."""
+    return [name, f"{name}_low", f"{name}_high"]
 
 
 def _published(name: str) -> pd.DataFrame:
@@ -115,8 +119,8 @@ def _published(name: str) -> pd.DataFrame:
 def orbits_lost(data) -> pd.DataFrame:
     """A row for each orbit."""
     rows = _published("orbits_lost")
-    for end in _ENDS:
-        rows[f"step{end}"] = equivalent_kick(rows["belt_velocity"], rows[f"time_step{end}"])
+    for size, step in zip(_ends("step"), _ends("time_step"), strict=True):
+        rows[size] = equivalent_kick(rows["belt_velocity"], rows[step])
     return rows[[*POINT, *TABLES["orbits_lost"].columns]]
 
 
@@ -137,7 +141,7 @@ def _line(orbits: pd.DataFrame, size: pd.Series) -> dict:
     share = estimates.exponential(estimates.mean(np.log(size / orbits["margin"])))
     row = {"orbits": len(size), "power": law.exponent}
     row |= {"power_low": law.exponent - reach, "power_high": law.exponent + reach}
-    row |= {f"share{end}": number for end, number in zip(_ENDS, share.numbers, strict=True)}
+    row |= share.named(*_ends("share"))
     row["spread"] = np.exp(np.log(size / orbits["margin"]).std(ddof=1))
     for name in ("slips", "scatter"):
         other = fits.fit_log_log(orbits[name], size, low=0, high=np.inf)
@@ -159,8 +163,7 @@ def lifetime_laws(data) -> pd.DataFrame:
         shape = estimates.bootstrap(_shape, [np.column_stack([lifetime, ended])], resamples=400)
         row = dict(zip(POINT, point, strict=True)) | {"runs": len(runs), "ended": ended.sum()}
         row |= {"mean": survival.mean_lifetime(lifetime, ended).mean}
-        row |= {f"shape{end}": number for end, number in zip(_ENDS, shape.numbers, strict=True)}
-        row |= {"best": min(laws, key=lambda law: laws[law])}
+        row |= shape.named(*_ends("shape")) | {"best": min(laws, key=lambda law: laws[law])}
         rows.append(row | {f"aic_{law}": excess for law, excess in laws.items()})
     return pd.DataFrame(rows)
 
@@ -182,8 +185,8 @@ def lifetime_growth(data) -> pd.DataFrame:
         )
         row = dict(zip(POINT, point, strict=True)) | {"runs": len(runs), "start": start}
         row |= {"counted": lasting.runs, "ended": lasting.ended, "time": lasting.time}
-        row |= {"lifetime": lasting.mean}
-        row |= {"lifetime_low": lasting.lower, "lifetime_high": lasting.upper}
+        mean = lasting.mean, lasting.lower, lasting.upper
+        row |= dict(zip(_ends("lifetime"), mean, strict=True))
         row |= {"exponent": exponent.value, "exponent_error": exponent.error}
         rows.append(row | {"exponent_runs": exponent.runs})
     return pd.DataFrame(rows)
@@ -196,9 +199,8 @@ def lifetime_rates(data) -> pd.DataFrame:
         ending = points[points["ended"] > 0]
         if len(ending) < 3:
             continue
-        ends = ending[["lifetime", "lifetime_low", "lifetime_high"]]
-        logs = [estimates.Estimate(*np.log(row), runs=None) for row in ends.to_numpy()]
+        logs = [estimates.Estimate(*row) for row in np.log(ending[_ends("lifetime")]).to_numpy()]
         rate = estimates.slope(ending["n_blocks"].to_numpy(), logs)
         row = {"belt_velocity": velocity, "sizes": len(ending)}
-        rows.append(row | dict(zip(("rate", "rate_low", "rate_high"), rate.numbers, strict=True)))
+        rows.append(row | rate.named(*_ends("rate")))
     return pd.DataFrame(rows)

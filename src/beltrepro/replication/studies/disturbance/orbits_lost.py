@@ -46,8 +46,8 @@ def draw(data):
             _draw_sizes(axes, orbits, name, kind)
     margins = orbits["margin"][np.isfinite(orbits["margin"])]
     if margins.empty or "kick" not in lines.index:
-        panels.note(by_margin, "no orbits in this table")
-        panels.note(by_slips, "no orbits in this table")
+        for axes in (by_margin, by_slips):
+            panels.note(axes, "no orbits in this table")
     else:
         ends = np.array([margins.min() / 2, margins.max() * 2])
         by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
@@ -55,25 +55,19 @@ def draw(data):
     by_margin.set(xlabel="margin", ylabel="disturbance")
     by_slips.set(xlabel="slips in a period")
     by_margin.legend(loc="lower right", handletextpad=0.1, borderaxespad=0.1)
-    for axes, name in ((by_margin, "a"), (by_slips, "b")):
-        panels.letter(axes, name)
+    panels.letters(by_margin, by_slips)
     return figure
 
 
 def _draw_sizes(axes, orbits, name, kind):
     marker, colour, words = _LOOKS[kind]
+    orbits = orbits[np.isfinite(orbits[kind]) & (orbits[kind] > 0)]
     worth = orbits["noise_as_kick"] if kind == "noise" else 1.0
     size, low, high = (worth * orbits[f"{kind}{end}"] for end in ("", "_low", "_high"))
-    shown = np.isfinite(size) & (size > 0)
-    bars = [(size - low)[shown], (high.where(np.isfinite(high), size) - size)[shown]]
-    look = {
-        "color": colour,
-        "markerfacecolor": "none",
-        "elinewidth": 0.4,
-        "markersize": 2.4,
-        "markeredgewidth": 0.6,
-    }
-    axes.errorbar(orbits[name][shown], size[shown], bars, fmt=marker, label=words, **look)
+    high = high.where(np.isfinite(high), size)
+    look = {"fmt": marker, "color": colour, "markerfacecolor": "none", "label": words}
+    look |= {"elinewidth": 0.4, "markersize": 2.4, "markeredgewidth": 0.6}
+    panels.intervals(axes, orbits[name], size, low, high, **look)
 
 
 def _scale(by_margin, by_slips):

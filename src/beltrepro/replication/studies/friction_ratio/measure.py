@@ -8,6 +8,7 @@ import pandas as pd
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.model.parameters import ChainParameters
 from beltrepro.replication.plan.registry import Table
+from beltrepro.replication.studies.points import by_point
 from beltrepro.stats import branches
 
 TABLES = {
@@ -46,12 +47,9 @@ def friction_falls(data) -> pd.DataFrame:
     """A row for each friction ratio."""
     arrays = data["friction_ratio"].arrays
     rows = []
-    for ratio in np.unique(arrays["friction_ratio"]):
-        chosen = arrays["friction_ratio"] == ratio
-        row = {"friction_ratio": ratio, "points": int(chosen.sum())}
-        rows.append(
-            row | _fall(arrays["belt_velocity"][chosen], arrays["disorder_parameter"][chosen])
-        )
+    for place, runs in by_point(arrays, "friction_ratio"):
+        curve = (arrays[name][runs] for name in ("belt_velocity", "disorder_parameter"))
+        rows.append(place | {"points": runs.size} | _fall(*curve))
     return pd.DataFrame(rows)
 
 
@@ -71,6 +69,5 @@ def _fall(velocity, disorder) -> dict[str, float]:
         fall = branches.fall(velocity, disorder)
     except NotEnoughDataError:
         return dict.fromkeys(("critical", "low", "high", *names), np.nan)
-    critical = fall["critical"]
-    ends = {"critical": critical.value, "low": critical.low, "high": critical.high}
-    return ends | {name: fall[name].value for name in names}
+    critical = fall["critical"].named("critical", "low", "high")
+    return critical | {name: fall[name].value for name in names}

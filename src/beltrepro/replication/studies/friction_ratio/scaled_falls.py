@@ -57,8 +57,8 @@ def draw(data):
 def _draw_marks(axes, rows, name, aside, look):
     rows = rows[rows[name].notna()]
     value, low, high = (rows[f"{name}{end}"] for end in ("", "_low", "_high"))
-    bars = [value - low, np.minimum(high, _TOP) - value]
-    axes.errorbar(rows["friction_ratio"] + aside, value, bars, **look)
+    place = rows["friction_ratio"] + aside
+    panels.intervals(axes, place, value, low, np.minimum(high, _TOP), **look)
 
 
 def _draw_arrows(axes, rows, aside, look):
