@@ -18,7 +18,6 @@ from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import LAW, QUANTITIES
 from beltrepro.replication.studies.integrators import agreement_trajectories, divergence, samples
 from beltrepro.replication.studies.integrators import measure as integrators
-from beltrepro.replication.studies.integrators import words as page
 from beltrepro.replication.studies.integrators.steps import mean_step
 from beltrepro.replication.studies.transition.transients import STICK_SLIP, labels_of
 from beltrepro.simulation import TOLERANCES
@@ -643,22 +642,6 @@ def test_rates_are_of_the_settled_time_of_each_side(made_up, tables):
             arrays = made_up[f"pairs_r_{method}"].arrays
             here = (arrays["belt_velocity"] == 30.0) & (arrays["noise"] == 5.0)
             assert row[f"mean_{role}"] == pytest.approx(counts(arrays)[here].mean() / time)
-
-
-def sentences(tables):
-    settings = make_plan(CONFIG | {"preset": "smoke"}).settings()
-    parts = page.describe(tables, settings)["parts"]
-    return {part["title"]: " ".join(part["sentences"]) for part in parts}
-
-
-def test_the_page_concludes_from_the_tables_alone(tables):
-    on_trajectories = sentences(tables)["Trajectories without noise"]
-    assert "falls as dt to the power 1.00" in on_trajectories
-    assert "falls as its mean step to the power 15.00" in on_trajectories
-    for word, end in ((samples.AGREE, "nothing speaks against"), (samples.DIFFER, "does not hold")):
-        turned = tables | {"agreement": tables["agreement"].assign(verdict=word)}
-        last = sentences(turned)["Attractors and lifetimes without noise"]
-        assert end in last.rpartition("So ")[2]
 
 
 @pytest.mark.parametrize(("tolerances", "drawn"), [([1e-10], False), ([1e-4, 1e-10], True)])
