@@ -6,8 +6,9 @@ import pandas as pd
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.chaos import orbits
-from beltrepro.stats import survival
-from beltrepro.stats.estimates import share
+from beltrepro.replication.studies.points import by_point
+from beltrepro.stats import sections, survival
+from beltrepro.stats.estimates import share_of
 from beltrepro.stats.motion import CHAOTIC, MOTIONS, PERIODIC, TRANSIENT
 
 TABLES = {
@@ -97,45 +98,32 @@ _SHARE = ("share", "share_lower", "share_upper")
 def motions(data) -> pd.DataFrame:
     """A row for each number of blocks and belt velocity."""
     arrays = data["motion_map"].arrays
-    names = ("state", "largest_exponent", "period_events", "disorder_parameter")
-    place = ["n_blocks", "belt_velocity"]
-    runs = pd.DataFrame({name: arrays[name] for name in (*place, *names)})
-    return pd.DataFrame(
-        [
-            dict(zip(place, point, strict=True)) | _end_together(at_point)
-            for point, at_point in runs.groupby(place)
-        ]
-    )
-
-
-def _end_together(runs: pd.DataFrame) -> dict:
-    """What the runs of one point say together."""
-    states, disorder = runs["state"].astype(str), runs["disorder_parameter"]
-    return {
-        "runs": len(runs),
-        **{name: int((states == name).sum()) for name in MOTIONS},
-        "exponent": runs["largest_exponent"].mean(),
-        "error": runs["largest_exponent"].std(ddof=1) / np.sqrt(len(runs)),
-        "longest_period": int(runs["period_events"].max()),
-        "r_periodic": disorder[states == PERIODIC].mean(),
-        "r_irregular": disorder[states.isin([CHAOTIC, TRANSIENT])].mean(),
-    }
+    rows = []
+    for place, runs in by_point(arrays, "n_blocks", "belt_velocity"):
+        state, disorder = arrays["state"][runs].astype(str), arrays["disorder_parameter"][runs]
+        counts = {name: int(np.sum(state == name)) for name in MOTIONS}
+        row = place | {"runs": runs.size} | counts | _exponent(arrays["largest_exponent"][runs])
+        row["longest_period"] = int(arrays["period_events"][runs].max())
+        row["r_periodic"] = pd.Series(disorder[state == PERIODIC]).mean()
+        row["r_irregular"] = pd.Series(disorder[np.isin(state, (CHAOTIC, TRANSIENT))]).mean()
+        rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def noisy_motions(data) -> pd.DataFrame:
     """A row for each belt velocity and noise."""
     arrays = data["noisy_motion"].arrays
-    names = ("belt_velocity", "noise", "largest_exponent", "disorder_parameter")
-    grouped = pd.DataFrame({name: arrays[name] for name in names}).groupby(list(names[:2]))
-    exponent = grouped["largest_exponent"]
-    return pd.DataFrame(
-        {
-            "runs": grouped.size(),
-            "exponent": exponent.mean(),
-            "error": exponent.std(ddof=1) / np.sqrt(grouped.size()),
-            "r": grouped["disorder_parameter"].mean(),
-        }
-    ).reset_index()
+    rows = []
+    for place, runs in by_point(arrays, "belt_velocity", "noise"):
+        row = place | {"runs": runs.size} | _exponent(arrays["largest_exponent"][runs])
+        rows.append(row | {"r": pd.Series(arrays["disorder_parameter"][runs]).mean()})
+    return pd.DataFrame(rows)
+
+
+def _exponent(exponents: np.ndarray) -> dict:
+    """Mean over runs, and its error."""
+    runs = pd.Series(exponents)
+    return {"exponent": runs.mean(), "error": runs.std(ddof=1) / np.sqrt(runs.size)}
 
 
 # --- runs that are followed until they settle -----------------------------------------------------
@@ -146,8 +134,9 @@ def mean_lifetimes(data) -> pd.DataFrame:
     rows = []
     for name in TABLES["mean_lifetimes"].uses:
         horizon = survival.SEEN * float(data[name].attributes["duration"])
-        for point, runs in by_point(data[name].arrays):
-            rows.append({"dataset": name} | point | _lasting(runs, horizon))
+        for point, runs in by_point(data[name].arrays, *POINT):
+            lasting = _lasting(sections.select(data[name].arrays, runs), horizon)
+            rows.append({"dataset": name} | point | lasting)
     return pd.DataFrame(rows, columns=_columns("mean_lifetimes"))
 
 
@@ -155,12 +144,12 @@ def attractors(data) -> pd.DataFrame:
     """A row for each attractor at each point of each dataset."""
     rows = []
     for name in TABLES["attractors"].uses:
-        for point, runs in by_point(data[name].arrays):
-            count = {"runs": runs["state"].size}
-            for number, attractor in enumerate(orbits.catalogue(runs), start=1):
-                row = {"dataset": name, "number": number, "reached": attractor.runs} | point
-                row |= dict(zip(_SHARE, attractor.basin.numbers, strict=True))
-                rows.append(vars(attractor) | row | count)
+        for point, runs in by_point(data[name].arrays, *POINT):
+            reached = orbits.catalogue(sections.select(data[name].arrays, runs))
+            for number, attractor in enumerate(reached, start=1):
+                row = vars(attractor) | attractor.basin.named(*_SHARE) | point
+                row |= {"dataset": name, "number": number, "reached": attractor.runs}
+                rows.append(row | {"runs": runs.size})
     return pd.DataFrame(rows, columns=_columns("attractors"))
 
 
@@ -170,40 +159,27 @@ def _columns(table: str) -> list[str]:
     return [first, *POINT, *others]
 
 
-def by_point(arrays):
-    """What tells a point apart, and the arrays of its runs, for each point in rising order."""
-    columns = [arrays[name] for name in POINT]
-    points, index = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
-    for number, values in enumerate(points):
-        point = dict(zip(POINT, values.tolist(), strict=True))
-        chosen = index == number
-        runs = {name: column[chosen] for name, column in arrays.items()}
-        yield point | {"n_blocks": int(point["n_blocks"])}, runs
-
-
 def _lasting(runs, horizon) -> dict:
+    """The lifetimes of the runs of one point, their exponent, and where most of them end."""
     lifetime, settled = runs["lifetime"], runs["settled"].astype(bool)
-    exponent = survival.pool_exponents(
-        runs["irregular_exponent"], runs["irregular_error"], runs["irregular_time"]
-    )
+    irregular = (runs[f"irregular_{name}"] for name in ("exponent", "error", "time"))
+    exponent = survival.pool_exponents(*irregular)
     span = {"start": survival.spreading_time(exponent, horizon), "horizon": horizon}
-    left = share(int(np.sum(~settled)), settled.size)
-    return {
-        "runs": settled.size,
-        "settled": int(settled.sum()),
-        **dict(zip(_SHARE, left.numbers, strict=True)),
-        **span,
-        **_lifetime(lifetime, settled, span),
-        "exponent": exponent.value,
-        "exponent_error": exponent.error,
-        "exponent_runs": exponent.runs,
-        "verdict": _verdict(lifetime, settled, exponent, span),
-        **_most_frequent(runs),
-    }
+    row = {"runs": settled.size, "settled": int(settled.sum())}
+    row |= share_of(~settled).named(*_SHARE) | span | _lifetime(lifetime, settled, span)
+    row |= {"exponent": exponent.value, "exponent_error": exponent.error}
+    row |= {"exponent_runs": exponent.runs}
+    # regular too where irregular motion is too short for an exponent
+    regular = settled.all() and not exponent.runs
+    row["verdict"] = survival.REGULAR if regular else survival.decide(lifetime, settled, **span)
+    first = orbits.catalogue(runs)[0]
+    row |= {"attractor": first.state, "attractor_period": first.period_time}
+    row |= {"attractor_events": first.period_events, "attractor_share": first.basin.value}
+    return row
 
 
 def _lifetime(lifetime, settled, span) -> dict:
-    """Mean lifetime and test; empty where too few runs carry them."""
+    """Mean lifetime and tests; empty where too few runs carry them."""
     row: dict = {"counted": 0, "ended": 0}
     try:
         mean = survival.mean_lifetime(lifetime, settled, **span)
@@ -215,20 +191,3 @@ def _lifetime(lifetime, settled, span) -> dict:
     except NotEnoughDataError:
         pass
     return row
-
-
-def _verdict(lifetime, settled, exponent, span) -> str:
-    """That of the lifetimes; regular too where irregular motion is too short for an exponent."""
-    if settled.all() and not exponent.runs:
-        return survival.REGULAR
-    return survival.decide(lifetime, settled, **span)
-
-
-def _most_frequent(runs) -> dict:
-    first = orbits.catalogue(runs)[0]
-    return {
-        "attractor": first.state,
-        "attractor_period": first.period_time,
-        "attractor_events": first.period_events,
-        "attractor_share": first.basin.value,
-    }
