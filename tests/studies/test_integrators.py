@@ -367,7 +367,8 @@ def by_tolerance(tolerances=MADE_UP, *, order=15):
 def test_errors_and_partings_of_known_trajectories():
     steps = [0.004, 0.002, 0.001]
     reference = trajectories([1e-12, 0.5])
-    partings, errors = divergence.compare_trajectories(trajectories(steps), reference)
+    partings = divergence.partings(trajectories(steps), reference)
+    errors = divergence.errors_by_step(trajectories(steps), reference)
     assert len(partings) == 2 * len(steps)
     row = next(row for row in partings if row["time_step"] == 0.002 and row["n_blocks"] == 2)
     assert row["members"] == 3 and row["parting_time"] == np.inf
@@ -380,14 +381,14 @@ def test_errors_and_partings_of_known_trajectories():
     assert table[2, 2, 0.002]["error"] == pytest.approx(10.5 * 0.002, rel=1e-6)
     assert table[2, 2, 0.002]["order"] == pytest.approx(1, abs=1e-6)
     # a run of the reference is not compared with itself
-    partings, _ = divergence.compare_trajectories(reference, reference)
+    partings = divergence.partings(reference, reference)
     assert {row["time_step"] for row in partings} == {0.5}
     assert all(row["parting_time"] == 12.5 for row in partings)
 
 
 @pytest.mark.parametrize("order", [15, 12])
 def test_order_in_the_step_is_found_from_tolerances(order):
-    rows = divergence.compare_tolerances(by_tolerance(order=order))
+    rows = divergence.errors_by_tolerance(by_tolerance(order=order))
     assert len(rows) == 2 * 3 * (len(MADE_UP) - 1)
     for row in rows:
         assert (row["varied"], row["time_step"], row["members"]) == ("tolerance", 0.001, 3)
@@ -396,8 +397,8 @@ def test_order_in_the_step_is_found_from_tolerances(order):
             assert row["error"] == 0 and np.isnan(row["order"])
         else:
             assert row["order"] == pytest.approx(order, abs=1e-3) and row["order_error"] < 1e-2
-    assert divergence.compare_tolerances(trajectories([0.001])) == []
-    assert divergence.compare_tolerances(by_tolerance([1e-10])) == []
+    assert divergence.errors_by_tolerance(trajectories([0.001])) == []
+    assert divergence.errors_by_tolerance(by_tolerance([1e-10])) == []
 
 
 def test_steps_are_those_of_the_scheme_or_those_that_the_tolerance_allows():
@@ -444,7 +445,7 @@ def scan_of(points, seed, replicates):
 
 def test_statistics_of_the_points_of_a_scan_by_hand():
     arrays = scan_of([(2, 5.0, 1.0), (10, 5.0, 1.0)], 17, 3)
-    columns = list(integrators.disorder_statistics(arrays, measured_time=40.0).values())
+    table = integrators.disorder_statistics(arrays, measured_time=40.0)
     for run in range(6):
         velocities = arrays["section_velocity"][run, :6]
         expected = [
@@ -455,7 +456,8 @@ def test_statistics_of_the_points_of_a_scan_by_hand():
             np.nan if run == 1 else velocities.mean(),
             np.nan if run == 1 else velocities.std(),
         ]
-        np.testing.assert_allclose([values[run] for values in columns], expected)
+        np.testing.assert_allclose(table.iloc[run, 3:], expected)
+        assert table.iloc[run, :3].tolist() == [arrays[name][run] for name in table.columns[:3]]
 
 
 def catalogue(seed, n_blocks=(3, 2, 3), runs_with_slips=2):
@@ -472,7 +474,7 @@ def catalogue(seed, n_blocks=(3, 2, 3), runs_with_slips=2):
 
 def test_statistics_of_slips_by_hand():
     arrays = catalogue(18)
-    columns = list(integrators.slip_statistics(arrays).values())
+    table = integrators.slip_statistics(arrays)
     for run, n_blocks in ((0, 3), (1, 2)):
         slips = arrays["slips"]
         slips = slips[(slips["point"] == run) & (slips["block"] == n_blocks)]
@@ -480,8 +482,8 @@ def test_statistics_of_slips_by_hand():
         v = arrays["section"]["velocities"][arrays["section"]["point"] == run][:, n_blocks - 1]
         expected = [size.size, size.mean(), *np.percentile(size, [50, 90])]
         expected += [slips["dissipated"].mean(), v.size, v.mean(), v.std()]
-        np.testing.assert_allclose([values[run] for values in columns], expected)
-    without = [values[2] for values in columns]
+        np.testing.assert_allclose(table.iloc[run, 3:], expected)
+    without = table.iloc[2, 3:].tolist()
     assert without[::5] == [0, 0] and np.isnan(without[1:5]).all()
 
 
@@ -493,8 +495,13 @@ def test_each_side_of_a_comparison_brings_its_own_runs():
     shared = [(5, 10.0, 1.0), (5, 30.0, 1.0), (7, 10.0, 5.0)]
     tested = scan_of([*shared, (5, 50.0, 1.0)], 19, 6)
     reference = scan_of([(9, 9.0, 9.0), *shared], 20, 9)
-    values = ({"q": side["disorder_parameter"]} for side in (tested, reference))
-    rows = integrators.compare_points(tested, reference, *values)
+    names = {"n_blocks": "n_blocks", "belt_velocity": "belt_velocity", "noise": "noise"}
+    names["q"] = "disorder_parameter"
+    sides = (
+        pd.DataFrame({name: side[key] for name, key in names.items()})
+        for side in (tested, reference)
+    )
+    rows = list(integrators.compare_points(*sides))
     assert [(row["n_blocks"], row["belt_velocity"], row["noise"]) for row in rows] == shared
     for row, point in zip(rows, shared, strict=True):
         sides = [
@@ -532,7 +539,7 @@ def ends(seed, *, steps, runs, spreads=(1e-3, 1.0)):
 def test_each_side_of_the_attractors_brings_its_own_runs():
     tested = ends(21, steps=(0.001, 0.002), runs=7)
     reference = ends(22, steps=(0.004, 0.001), runs=11)
-    rows = integrators.compare_attractors(tested, reference)
+    rows = list(integrators.compare_attractors(tested, reference))
     assert len(rows) == 2 * 2 * 2 * 3
     for row in rows:
         chosen = [
@@ -696,7 +703,7 @@ def test_errors_fall_with_the_tolerance():
     """From runs to rows, by the integrator that has a tolerance."""
     arrays = run("pairs_paths_tolerances", n_replicates=4, n_blocks=2)
     assert set(arrays["allowed_error"]) == {1e-2, 1e-4, 1e-6, TOLERANCES["event"], 1e-14}
-    rows = pd.DataFrame(divergence.compare_tolerances(divergence.with_steps(arrays)))
+    rows = pd.DataFrame(divergence.errors_by_tolerance(divergence.with_steps(arrays)))
     rows = rows[rows["after_events"] == 5]
     assert rows["tolerance"].tolist() == [1e-2, 1e-4, 1e-6, 1e-10]
     errors = rows["error"].tolist()

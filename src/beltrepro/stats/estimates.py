@@ -77,6 +77,11 @@ def sure(value: float | bool) -> Estimate:
     return Estimate(value, value, value)
 
 
+def all_sure(values: dict[str, float | bool]) -> dict[str, Estimate]:
+    """Several such by name."""
+    return {name: sure(value) for name, value in values.items()}
+
+
 def single(value: float) -> Estimate:
     """What one run gave: nothing is known of its error, so the interval is everything."""
     return Estimate(float(value), -math.inf, math.inf, 1)

@@ -82,7 +82,7 @@ def letter(axes, text):
 
 def letters(*panels):
     """A letter for each panel, in their order."""
-    for axes, text in zip(panels, "abcdefgh", strict=False):
+    for axes, text in zip(panels, "abcdefghijkl", strict=False):
         letter(axes, text)
 
 

@@ -32,10 +32,8 @@ def draw(data):
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
     figure = style.page(3.8)
-    places = figure.subplot_mosaic([["a", "a"], ["b", "c"]])
-    for name, panel in places.items():
-        panels.letter(panel, name)
-    left, middle, right = places.values()
+    left, middle, right = figure.subplot_mosaic([["a", "a"], ["b", "c"]]).values()
+    panels.letters(left, middle, right)
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
         _curve(left, middle, curve, index, rf"$\sigma = {noise:g}$")

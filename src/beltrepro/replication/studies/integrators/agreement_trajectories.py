@@ -41,8 +41,7 @@ def draw(data):
     tested, reference = (data[name] for name in FIGURE.uses[:2])
     figure = style.page(6.4)
     axes = figure.subplots(4, 1)
-    for panel, name in zip(axes, "abcd", strict=True):
-        panels.letter(panel, name)
+    panels.letters(*axes)
     _paths(axes[0], axes[1], tested.arrays, reference.arrays)
     of_verlet, of_event = (
         _rows(data["convergence"], varied, side.attributes["method"])
