@@ -5,24 +5,7 @@ import numpy as np
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Branches of periodic orbits without noise, and the share of starts that end at small r.",
-    uses=("basins", "basin_shares", "sweep_falls"),
-    words=(
-        "Not in the paper. a: r of each periodic orbit of five blocks that was followed along u, "
-        "as points. Marks show how it ends: by grazing, or by a bifurcation. Crosses are runs that "
-        "are irregular at the end, plus signs orbits of more than 200 slips. b: share of the "
-        "starts that end at r below 0.05, with 95 % intervals, from rest and from slipping states "
-        "with the energy H for each block. c: the same share of sweeps without noise, in which u "
-        "goes up and then down in steps, for three times for which each u is held. The grey band "
-        "is where the paper sees r fall."
-    ),
-    alt=(
-        "Three panels against belt velocity: r of branches of periodic orbits with their ends, "
-        "shares of starts that end at small r, and shares of sweeps at small r."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies")
 
 _PAPER = 15.0, 18.0  # where the paper sees r fall
 _BIFURCATIONS = ("fold", "period doubling", "torus", "stick of no length")

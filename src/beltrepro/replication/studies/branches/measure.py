@@ -8,47 +8,9 @@ from beltrepro.replication.studies.points import by_point
 from beltrepro.stats.estimates import share_of
 
 TABLES = {
-    "basin_shares": Table(
-        title="Share of the starts that end at small r, from rest and from slipping states.",
-        uses=("basins", "basins_sizes"),
-        columns={
-            "start_energy": "H for each block of slipping starts (model energy); 0: at rest",
-            "runs": "runs from different starts",
-            "share": "share of them that end at r below 0.05",
-            "low": "lower end of its interval (Clopper and Pearson, 95 %)",
-            "high": "upper end",
-            "sliding": "share that ends in slip without any stick",
-            "irregular": "share that is irregular at the end",
-            "attractors": "attractors that the runs reach, irregular motion as one",
-        },
-    ),
-    "branch_ends": Table(
-        title="Periodic orbits that were followed along u, and how they begin and end.",
-        uses=("basins", "basins_sizes"),
-        columns={
-            "attractor": "label of the branch, for one N",
-            "period_events": "slips of all blocks in a period",
-            "lower": "u at which it begins (model velocity)",
-            "lower_end": "how: grazing, fold and so on; edge: of the range that was looked at",
-            "upper": "u at which it ends (model velocity)",
-            "upper_end": "how",
-            "r_lower": "r at its lower end",
-            "r_upper": "r at its upper end",
-            "starts": "starts that reach it, of all belt velocities",
-        },
-    ),
-    "sweep_falls": Table(
-        title="Share of sweeps at small r, on the way up in u and down again.",
-        uses=("sweeps", "sweeps_fast", "sweeps_slow"),
-        columns={
-            "hold": "time for which each belt velocity is held (model time)",
-            "way": "up or down",
-            "runs": "sweeps",
-            "share": "share of them at r below 0.05",
-            "low": "lower end of its interval (Clopper and Pearson, 95 %)",
-            "high": "upper end",
-        },
-    ),
+    "basin_shares": Table(uses=("basins", "basins_sizes")),
+    "branch_ends": Table(uses=("basins", "basins_sizes")),
+    "sweep_falls": Table(uses=("sweeps", "sweeps_fast", "sweeps_slow")),
 }
 SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, from 0.07
 

@@ -9,25 +9,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats.estimates import share_of
 from beltrepro.stats.growth import finite_size_exponents
 
-FIGURE = Figure(
-    title="What the time step does: growth by size, and periodic motion under disturbance.",
-    uses=("growth", "steps", "kicked", "weak_noise"),
-    words=(
-        "Not in the paper. a: rate at which the distance of two runs grows, against the distance: "
-        "dots by the exact motion, crosses by the paper's scheme; triangles are upper limits where "
-        "no run went further, empty for the scheme. b: share of the runs that are not on a "
-        "periodic orbit at the end, against the disturbance of each slip: dots with lines for "
-        "random kicks of the exact motion, squares for the scheme, whose disturbance is u dt "
-        "divided by the square root of 3. Bars are 95 % intervals. c: r at the end of these runs, "
-        "means with their errors. d: the same for noise, whose disturbance is sigma, at two or "
-        "more time steps, over the line of the kicks. Colours in b to d are those above b."
-    ),
-    alt=(
-        "Four panels: rates of growth against the distance of two runs, shares of irregular runs "
-        "and r against the disturbance of each slip, and r against weak noise."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("growth", "steps", "kicked", "weak_noise"), category="Further studies")
 
 _FEWEST = 5  # passages that a rate of growth rests on
 _SKIPPED = 1  # levels of a twin in which it turns to the direction that grows

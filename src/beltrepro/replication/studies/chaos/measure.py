@@ -12,80 +12,23 @@ from beltrepro.stats.estimates import share_of
 from beltrepro.stats.motion import CHAOTIC, MOTIONS, PERIODIC, TRANSIENT
 
 TABLES = {
-    "motions": Table(
-        title="Motions that runs end in, and largest Lyapunov exponents, for each N and u.",
-        uses=("motion_map",),
-        columns={
-            "runs": "runs from different starts",
-            "equilibrium slip": "of them, those that end in it; likewise the other motions",
-            "exponent": "largest Lyapunov exponent, mean over the runs (per model time)",
-            "error": "standard error of the mean, from the scatter of the runs",
-            "longest_period": "slips of all blocks in the longest period found; 0 if none",
-            "r_periodic": "r of the runs that end periodic, mean; empty if none does",
-            "r_irregular": "r of the runs that are chaotic or transient, mean; empty if none is",
-        },
-    ),
-    "noisy_motions": Table(
-        title="Largest Lyapunov exponents under noise, and r, for each u and noise.",
-        uses=("noisy_motion",),
-        columns={
-            "runs": "runs with different starts and noise",
-            "exponent": "largest Lyapunov exponent, mean over the runs (per model time)",
-            "error": "standard error of the mean, from the scatter of the runs",
-            "r": "disorder parameter, mean over the runs",
-        },
-    ),
-    "mean_lifetimes": Table(
-        title="Mean lifetime of irregular motion, and whether it ends.",
-        uses=("survival", "survival_many", "survival_long"),
-        columns={
-            "dataset": "of the runs: survival, survival_many or survival_long",
-            "runs": "runs at this point",
-            "settled": "runs that settled",
-            "share": "share of the runs that have not settled when they are given up",
-            "share_lower": "lower end of its interval (Clopper and Pearson, 95 %)",
-            "share_upper": "upper end",
-            "start": "time from which lifetimes count (model time): five e-foldings of a deviation",
-            "horizon": "time up to which ends count (model time): later ones are not all known",
-            "counted": "runs that are irregular at the start",
-            "ended": "of these, the runs that ended up to the horizon",
-            "lifetime": "mean lifetime from the start on (model time); inf if none of them ended",
-            "lifetime_lower": "lower end of its interval (chi-square, 95 %)",
-            "lifetime_upper": "upper end; inf if none of them ended",
-            "exponential_p": "p-value of the test that lifetimes are exponential (Lilliefors)",
-            "shape": "of the Weibull distribution; below 1 if the rate of ends falls with time",
-            "shape_p": "p-value of the test that the shape is 1",
-            "exponent": "largest exponent of the irregular motion (1 / model time)",
-            "exponent_error": "its standard error, from the scatter of the runs",
-            "exponent_runs": "runs with an exponent",
-            "verdict": "regular, transient, lasting (as far as these runs tell) or open",
-            "attractor": "state in which most runs are at the end",
-            "attractor_period": "period of the most frequent attractor (model time)",
-            "attractor_events": "slips of all blocks in this period",
-            "attractor_share": "share of the runs that end on it",
-        },
-    ),
-    "attractors": Table(
-        title="Attractors that runs from different starts end on, with their share of the starts.",
-        uses=("survival", "survival_many", "survival_long"),
-        columns={
-            "dataset": "of the runs: survival, survival_many or survival_long",
-            "runs": "runs at this point",
-            "number": "of the attractor, the most frequent first",
-            "state": "periodic, equilibrium slip, or irregular when the run was given up",
-            "reached": "runs that ended on it",
-            "share": "share of the runs",
-            "share_lower": "lower end of the interval of the share (Clopper and Pearson, 95 %)",
-            "share_upper": "upper end",
-            "period_time": "length of a period (model time); empty if not periodic",
-            "period_events": "slips of all blocks in a period; 0 if not periodic",
-            "period_returns": "returns to the section in a period; 0 if not periodic",
-            "disorder_parameter": "r on it (model length), median",
-            "mean_length": "mean of x_N on it (model length), median",
-        },
-    ),
+    "motions": Table(uses=("motion_map",)),
+    "noisy_motions": Table(uses=("noisy_motion",)),
+    "mean_lifetimes": Table(uses=("survival", "survival_many", "survival_long")),
+    "attractors": Table(uses=("survival", "survival_many", "survival_long")),
 }
 
+# Columns behind those of the point, of a table without rows too.
+_LIFETIME = (
+    *("runs", "settled", "share", "share_lower", "share_upper", "start", "horizon", "counted"),
+    *("ended", "lifetime", "lifetime_lower", "lifetime_upper", "exponential_p", "shape", "shape_p"),
+    *("exponent", "exponent_error", "exponent_runs", "verdict"),
+    *("attractor", "attractor_period", "attractor_events", "attractor_share"),
+)
+_ATTRACTOR = (
+    *("runs", "number", "state", "reached", "share", "share_lower", "share_upper", "period_time"),
+    *("period_events", "period_returns", "disorder_parameter", "mean_length"),
+)
 POINT = ("n_blocks", "belt_velocity", "initial_spread")
 """What tells the points of a dataset apart; runs that differ in the replicate share a row."""
 
@@ -137,7 +80,7 @@ def mean_lifetimes(data) -> pd.DataFrame:
         for point, runs in by_point(data[name].arrays, *POINT):
             lasting = _lasting(sections.select(data[name].arrays, runs), horizon)
             rows.append({"dataset": name} | point | lasting)
-    return pd.DataFrame(rows, columns=_columns("mean_lifetimes"))
+    return pd.DataFrame(rows, columns=["dataset", *POINT, *_LIFETIME])
 
 
 def attractors(data) -> pd.DataFrame:
@@ -150,13 +93,7 @@ def attractors(data) -> pd.DataFrame:
                 row = vars(attractor) | attractor.basin.named(*_SHARE) | point
                 row |= {"dataset": name, "number": number, "reached": attractor.runs}
                 rows.append(row | {"runs": runs.size})
-    return pd.DataFrame(rows, columns=_columns("attractors"))
-
-
-def _columns(table: str) -> list[str]:
-    """Columns of a table with those of the points after the dataset."""
-    first, *others = TABLES[table].columns
-    return [first, *POINT, *others]
+    return pd.DataFrame(rows, columns=["dataset", *POINT, *_ATTRACTOR])
 
 
 def _lasting(runs, horizon) -> dict:

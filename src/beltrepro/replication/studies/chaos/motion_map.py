@@ -9,24 +9,7 @@ from beltrepro.stats import motion, survival
 from beltrepro.stats.transitions import running_median
 
 FIGURE = Figure(
-    title="Where the motion without noise is periodic, and where it is irregular to the end.",
-    uses=("motion_map", "mean_lifetimes", "kicked", "steps"),
-    words=(
-        "Not in the paper. a: how runs from different starts move after a long time. Each cell is "
-        "one N and one belt velocity, filled by the shares of the runs. Ring: in longer runs no "
-        "irregular motion ended. Cross: in longer runs it ends, so it is a transient. b: the "
-        "largest exponent, a dot for each run. Lines are medians over the runs, "
-        "only to guide the eye: runs of one point may end differently. "
-        "c: the end of runs that are disturbed by small kicks, for kicks of several sizes. d: the "
-        "end of runs by the method verlet, for several time steps. Where cells of c and d are "
-        "light at the bottom and dark at the top, errors keep the motion irregular."
-    ),
-    alt=(
-        "Four panels: shares of periodic and irregular runs over belt velocity and N, the largest "
-        "exponent against belt velocity for each N, and shares over belt velocity and the size of "
-        "kicks, and over belt velocity and the time step."
-    ),
-    category="Further studies",
+    uses=("motion_map", "mean_lifetimes", "kicked", "steps"), category="Further studies"
 )
 
 # Colour, hatching and words of each way to move, from the bottom of a cell to its top. The hues are

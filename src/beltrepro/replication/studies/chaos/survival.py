@@ -8,24 +8,7 @@ from beltrepro.replication.studies.chaos.measure import POINT
 from beltrepro.stats import survival
 
 FIGURE = Figure(
-    title="Survival of irregular motion without noise, and its mean lifetime for each N.",
     uses=("survival", "survival_many", "survival_long", "mean_lifetimes"),
-    words=(
-        "Not in the paper. a: share of the runs that are still irregular, by Kaplan and Meier, "
-        "with 95 % bands from the first end on. Each N is shown at the belt velocity at which the "
-        "share left at the end is nearest to one half. Dotted curves start from larger "
-        "displacements. b: the same for many runs, on a logarithmic scale. Dashed lines in a and b "
-        "are exponentials with the mean lifetime. c: mean lifetimes against belt velocity, with "
-        "95 % intervals; the colours are those of a. d: the same at all belt velocities, against "
-        "N; the spread is that of the displacements at the start. Where no run ended, an arrow "
-        "begins at the lower limit. Open marks in c are longer runs. The grey line is the time up "
-        "to which ends are counted in the others."
-    ),
-    alt=(
-        "Four panels: the share of runs that are still irregular against time, for each number of "
-        "blocks and for many runs, and the mean lifetime of irregular motion against belt velocity "
-        "and against the number of blocks."
-    ),
     category="Further studies",
 )
 

@@ -5,22 +5,7 @@ import numpy as np
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Lifetime and largest exponent of irregular motion against the number of blocks.",
-    uses=("lifetime_growth",),
-    words=(
-        "Not in the paper. a: mean lifetime of irregular motion without noise at four belt "
-        "velocities, with 95 % intervals; an arrow begins at the lower limit where no run ended. "
-        "b: largest exponent of the irregular motion, with standard errors. Marks are moved aside "
-        "a little. What to see: a block more lengthens irregular motion by a factor, until runs "
-        "are too short to see it end, and the exponent is clear of zero from six blocks on."
-    ),
-    alt=(
-        "Two panels: the mean lifetime of irregular motion rises steeply with the number of "
-        "blocks, on a logarithmic scale, and the largest exponent rises from zero."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("lifetime_growth",), category="Further studies")
 
 _VELOCITIES = (10, 20, 30, 40)
 _ASIDE = 0.12  # by which the marks of one velocity lie beside those of the next

@@ -11,92 +11,11 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.stats import estimates, fits, survival
 
 TABLES = {
-    "orbits_lost": Table(
-        title="Periodic orbits, and the disturbance of each slip beyond which they are lost.",
-        uses=(),
-        columns={
-            "starts": "random starts at this point",
-            "ended": "of them, those that end on this orbit by exact motion",
-            "scheme": "and by the paper's scheme with its time step of 0.001",
-            "slips": "of all blocks in a period",
-            "period_time": "length of a period (model time)",
-            "multiplier": "modulus of the largest multiplier besides the trivial one",
-            "margin": "smallest displacement at one start of a slip that loses the orbit",
-            "scatter": "distance from the orbit at returns, rms, over the size of small kicks",
-            "kick": "size of kicks that lose it within 10000 in half of the runs (model length)",
-            "kick_low": "largest size below which no run leaves",
-            "kick_high": "smallest size from which on all leave",
-            "step": "the same for u dt / sqrt(3) of the scheme; 0 if lost at all dt from 0.0001 on",
-            "step_low": "as kick_low",
-            "step_high": "as kick_high",
-            "noise": "the same for sigma; inf if kept up to 5",
-            "noise_low": "as kick_low",
-            "noise_high": "as kick_high",
-            "noise_as_kick": "kicks that move slips as much as sigma = 1 does, by the pull's rate",
-        },
-    ),
-    "loss_lines": Table(
-        title="Whether the size that loses an orbit is a share of its margin.",
-        uses=("orbits_lost",),
-        columns={
-            "disturbance": "kick, step, noise, or noise as the kicks that move slips as much",
-            "orbits": "orbits with a size of both kinds",
-            "power": "of the margin that the size grows with",
-            "power_low": "lower end of its 95 % interval",
-            "power_high": "upper end",
-            "share": "size over margin, geometric mean",
-            "share_low": "lower end of its 95 % interval",
-            "share_high": "upper end",
-            "spread": "factor by which one orbit differs from this share, one standard deviation",
-            "spread_by_slips": "likewise from the best power of the number of slips",
-            "spread_by_scatter": "likewise from the best power of the scatter",
-        },
-    ),
-    "lifetime_laws": Table(
-        title="Laws of lifetimes of irregular motion, compared by likelihood.",
-        uses=(),
-        columns={
-            "runs": "runs from different starts",
-            "ended": "of them, those whose motion settled",
-            "mean": "mean lifetime (model time)",
-            "shape": "of the Weibull distribution: above 1 if the rate of ends rises with time",
-            "shape_low": "lower end of its 95 % interval",
-            "shape_high": "upper end",
-            "best": "law with the least AIC",
-            "aic_exponential": "of Akaike above the best; 2 or less does not tell laws apart",
-            "aic_weibull": "likewise",
-            "aic_gamma": "likewise",
-            "aic_lognormal": "likewise",
-            "aic_inverse_gaussian": "likewise",
-        },
-    ),
-    "lifetime_growth": Table(
-        title="Mean lifetime and exponent of irregular motion for each N and u.",
-        uses=(),
-        columns={
-            "runs": "runs from different starts",
-            "start": "time from which lifetimes count (model time): five e-foldings",
-            "counted": "runs that are irregular then",
-            "ended": "of these, those that ended in the first half of the time they were followed",
-            "time": "time under observation (model time), all runs together",
-            "lifetime": "mean lifetime (model time); inf if none ended",
-            "lifetime_low": "lower end of its interval (chi-square, 95 %)",
-            "lifetime_high": "upper end; inf if none ended",
-            "exponent": "largest exponent of the irregular motion (1 / model time)",
-            "exponent_error": "its standard error, from the scatter of the runs",
-            "exponent_runs": "runs with an exponent",
-        },
-    ),
-    "lifetime_rates": Table(
-        title="By what factor a block more lengthens irregular motion, at each u.",
-        uses=("lifetime_growth",),
-        columns={
-            "sizes": "numbers of blocks of which some runs ended",
-            "rate": "c of a lifetime that grows as exp(c N)",
-            "rate_low": "lower end of its 95 % interval, widened by the scatter about the line",
-            "rate_high": "upper end",
-        },
-    ),
+    "orbits_lost": Table(uses=()),
+    "loss_lines": Table(uses=("orbits_lost",)),
+    "lifetime_laws": Table(uses=()),
+    "lifetime_growth": Table(uses=()),
+    "lifetime_rates": Table(uses=("lifetime_growth",)),
 }
 
 POINT = ["n_blocks", "belt_velocity"]
@@ -121,7 +40,9 @@ def orbits_lost(data) -> pd.DataFrame:
     rows = _published("orbits_lost")
     for size, step in zip(_ends("step"), _ends("time_step"), strict=True):
         rows[size] = equivalent_kick(rows["belt_velocity"], rows[step])
-    return rows[[*POINT, *TABLES["orbits_lost"].columns]]
+    disturbed = [column for name in ("kick", "step", "noise") for column in _ends(name)]
+    measured = ["slips", "period_time", "multiplier", "margin", "scatter"]
+    return rows[[*POINT, "starts", "ended", "scheme", *measured, *disturbed, "noise_as_kick"]]
 
 
 def loss_lines(data) -> pd.DataFrame:

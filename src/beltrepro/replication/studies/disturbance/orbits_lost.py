@@ -6,26 +6,7 @@ from matplotlib.ticker import NullFormatter
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Disturbance of each slip beyond which a periodic orbit is lost.",
-    uses=("orbits_lost", "loss_lines"),
-    words=(
-        "Not in the paper. Each mark is a periodic orbit of 4 to 6 blocks. a: against its margin, "
-        "the smallest displacement of one block at one start of a slip that loses it. b: against "
-        "the number of slips in its period. The size is that at which half of the runs leave the "
-        "orbit within 10000 time units: for kicks, dots; for the time step of the scheme, as the "
-        "kicks that it is worth, squares; for noise, as the kicks that move slips as much, "
-        "triangles. Bars go from the largest size that no run leaves at to the smallest that all "
-        "leave at. The line in a is a fixed share of the margin, the geometric mean for kicks. "
-        "What to see: one line holds kicks and noise over five decades and time steps over three, "
-        "and the length of the orbit does not give it."
-    ),
-    alt=(
-        "Two panels: the size of a disturbance that loses an orbit, against the margin of the "
-        "orbit, where all lie along one line, and against its number of slips, where they scatter."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("orbits_lost", "loss_lines"), category="Further studies")
 
 _LOOKS = {  # marker, colour, and words of each disturbance
     "kick": ("o", style.BLUE, "kicks"),

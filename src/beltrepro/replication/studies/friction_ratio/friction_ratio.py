@@ -4,22 +4,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.points import by_point
 
-FIGURE = Figure(
-    title="Disorder parameter r(u) for several friction ratios, and where it falls.",
-    uses=("friction_ratio", "friction_falls"),
-    words=(
-        "Not in the paper. a: r against belt velocity, medians over the replicates, for several "
-        "ratios f_s of kinetic to static friction; the paper has 0.45. b: the belt velocity at "
-        "which r falls, with its 95 % interval, against f_s; bars span the transition region, and "
-        "the line is the friction ratio of the paper. No fall is found at the ratios that b leaves "
-        "out."
-    ),
-    alt=(
-        "Two panels: marks of r against belt velocity, one for each friction ratio, and the belt "
-        "velocity of the fall against the friction ratio."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("friction_ratio", "friction_falls"), category="Further studies")
 
 
 @style.styled

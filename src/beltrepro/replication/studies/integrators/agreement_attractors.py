@@ -8,19 +8,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.integrators import measure
 
 FIGURE = Figure(
-    title="States reached without noise by the two integrators, from near and from distant states.",
-    uses=("pairs_states_verlet", "pairs_states_event", "agreement"),
-    words=(
-        "Each row has another spread of initial states. a and c: share of runs in which the last "
-        "block still sticks at the end. b and d: r over the end of each run, a dot a run, side by "
-        "side for the time steps of the tested integrator and, black, the reference. Where dots "
-        "line up level, all runs reach one attractor."
-    ),
-    alt=(
-        "Panels in rows of initial spread: share of runs that still stick against belt velocity, "
-        "and the distributions of final r for each time step and for the reference."
-    ),
-    category="Integrators compared",
+    uses=("pairs_states_verlet", "pairs_states_event", "agreement"), category="Integrators compared"
 )
 
 TICKS = 5  # most words at an axis of belt velocities

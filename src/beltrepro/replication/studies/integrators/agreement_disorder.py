@@ -7,21 +7,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.integrators import measure, samples
 
 FIGURE = Figure(
-    title=(
-        "Disorder parameter with noise by the two integrators, and the tests of their difference."
-    ),
-    uses=("pairs_r_verlet", "pairs_r_event", "agreement"),
-    words=(
-        "a: r against belt velocity, lines the reference, crosses with standard errors the tested"
-        " integrator. b: difference of the means in standard errors; beyond the dashed lines the "
-        "largest of so many differences would lie in 5 of 100 cases by chance. c: p-values in "
-        "order; on or above the diagonal if nothing differs."
-    ),
-    alt=(
-        "Three panels: r against belt velocity for several noises by both integrators, their "
-        "differences in standard errors, and p-values in order beside the diagonal."
-    ),
-    category="Integrators compared",
+    uses=("pairs_r_verlet", "pairs_r_event", "agreement"), category="Integrators compared"
 )
 
 

@@ -18,7 +18,6 @@ from beltrepro.replication.studies.transition import transients
 
 TABLES = {
     "agreement": Table(
-        title="Every quantity that two methods are compared by, at every point, with the outcome.",
         uses=(
             "pairs_r_verlet",
             "pairs_r_event",
@@ -27,29 +26,9 @@ TABLES = {
             "pairs_states_verlet",
             "pairs_states_event",
         ),
-        columns={
-            "part": "which pair of datasets",
-            "quantity": "what is compared",
-            "n_tested": "runs by the tested method",
-            "n_reference": "runs by the reference",
-            "mean_tested": "mean over the runs",
-            "mean_reference": "mean over the runs",
-            "error_tested": "standard error of the mean",
-            "error_reference": "standard error of the mean",
-            "z": "difference of the means over its standard error",
-            "mean_p": "p-value of Welch's test of the means",
-            "p": "p-value of the test named",
-            "distance": "Wasserstein distance over root mean square, or difference of shares",
-            "test": "test of the distributions",
-            "tested": "method",
-            "reference": "method",
-            "corrected_p": "p after the correction for many tests (Holm), within a family",
-            "verdict": "outcome",
-        },
         on_top=True,
     ),
     "families": Table(
-        title="Each quantity that two methods are compared by, with tests over all points.",
         uses=(
             "pairs_r_verlet",
             "pairs_r_event",
@@ -57,48 +36,11 @@ TABLES = {
             "pairs_slips_event",
             "pairs_states_verlet",
             "pairs_states_event",
-        ),
-        columns={
-            "part": "which pair of datasets",
-            "quantity": "what is compared",
-            "points": "number of points",
-            "runs": "smallest number of runs by the reference at a point",
-            "test": "test of the distributions",
-            "smallest_p": "smallest corrected p of the points",
-            "largest_distance": "largest distance of the distributions at a point",
-            "chi2": "sum of the squared normal scores of the tests of the means",
-            "degrees": "number of these tests",
-            "chi2_p": "p-value of chi2",
-            "uniform_p": "p-value of the test that the p-values of the means are uniform",
-            "shift": "mean relative difference of the means",
-            "shift_error": "standard error of shift",
-        },
+        )
     ),
-    "partings": Table(
-        title="When trajectories by two methods, or with two steps, from the same states part.",
-        uses=("pairs_paths_verlet", "pairs_paths_event"),
-        columns={
-            "members": "pairs of trajectories; all numbers are medians over them",
-            "parting_time": "first time (model time) at which a block is 1 apart; inf if never",
-            "shared_events": "events that both trajectories have",
-            "reference_events": "events of the reference",
-            "first_shift": "largest shift in time (model time) of the first 10 shared events",
-            "shift": "largest shift in time (model time) of all shared events",
-        },
-    ),
+    "partings": Table(uses=("pairs_paths_verlet", "pairs_paths_event")),
     "convergence": Table(
-        title="Errors of trajectories against time step and tolerance, with the order in the step.",
-        uses=("pairs_paths_verlet", "pairs_paths_event", "pairs_paths_tolerances"),
-        columns={
-            "varied": "time_step or tolerance",
-            "tolerance": "truncation error allowed in a step (model force)",
-            "step": "mean step (model time)",
-            "after_events": "number of events after which the error is taken",
-            "members": "pairs of trajectories",
-            "error": "largest distance of a block (model length), root mean square over pairs",
-            "order": "order of convergence in the step, over all rows of a point",
-            "order_error": "its standard error",
-        },
+        uses=("pairs_paths_verlet", "pairs_paths_event", "pairs_paths_tolerances")
     ),
 }
 

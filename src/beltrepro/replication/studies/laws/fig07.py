@@ -10,20 +10,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan import files
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Friction force against external force during one stick-slip event, with noise.",
-    uses=("friction_event",),
-    words=(
-        "One stick-slip event with noise: friction follows the external force while the block is "
-        "stuck, drops when it starts to slip, and then fluctuates about the kinetic value. b: the "
-        "slip alone, with the standard deviation that the noise should give it shaded."
-    ),
-    alt=(
-        "Two panels of friction force against external force during one event: a straight line "
-        "while stuck, a jump, and a noisy band while slipping, which is enlarged below it."
-    ),
-    number="7",
-)
+FIGURE = Figure(uses=("friction_event",), number="7")
 
 
 @dataclass(frozen=True)
