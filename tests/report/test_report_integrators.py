@@ -67,23 +67,23 @@ PARTINGS = [
                                     (3.0, 0.002, 55.0, 0.9))
 ]  # fmt: skip
 CONVERGENCE = [
-    {"method": method, "varied": "time_step", "n_blocks": 5, "belt_velocity": 3.0,
+    {"method": method, "varied": varied, "n_blocks": 5, "belt_velocity": 3.0,
      "time_step": step, "tolerance": None, "step": step, "after_events": events, "error": error,
      "order": order, "order_error": 0.1}
-    for method, step, events, error, order in (
-        ("verlet", 0.001, 0, 3e-12, None), ("verlet", 0.002, 0, 4e-12, None),
-        ("verlet", 0.001, 1, 0.01, 0.9), ("verlet", 0.002, 1, 0.02, 0.9),
-        ("verlet", 0.001, 5, 0.03, 1.3), ("verlet", 0.002, 5, 0.06, 1.3),
-        ("verlet", 0.002, 20, 0.09, 7.0), ("event", 0.002, 5, 6e-13, None),
+    for method, varied, step, events, error, order in (
+        ("verlet", "time_step", 0.001, 0, 3e-12, None),
+        ("verlet", "time_step", 0.002, 0, 4e-12, None),
+        ("verlet", "time_step", 0.001, 1, 0.01, 0.9), ("verlet", "time_step", 0.002, 1, 0.02, 0.9),
+        ("verlet", "time_step", 0.001, 5, 0.03, 1.3), ("verlet", "time_step", 0.002, 5, 0.06, 1.3),
+        ("verlet", "time_step", 0.002, 20, 0.09, 7.0),
+        ("event", "time_step", 0.002, 5, 6e-13, None), ("event", "tolerance", 0.1, 50, 1e-6, 15.0),
     )
 ]  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def section(tmp_path_factory):
+def written(folder, comparisons):
     """The section as HTML."""
-    folder = tmp_path_factory.mktemp("integrators")
-    rows = dict(zip(described.TOLD_BY, (COMPARISONS, FAMILIES, PARTINGS, CONVERGENCE), strict=True))
+    rows = dict(zip(described.TOLD_BY, (comparisons, FAMILIES, PARTINGS, CONVERGENCE), strict=True))
     files = {name: [folder / f"{name}.csv"] for name in rows}
     for name, (path,) in files.items():
         pd.DataFrame(rows[name]).to_csv(path, index=False)
@@ -97,6 +97,11 @@ def section(tmp_path_factory):
     figures = ["agreement_disorder"]
     run = pages.material(folder, figures=figures, settings=settings, **files)
     return pages.part(pages.written(folder, run), "integrators")
+
+
+@pytest.fixture(scope="module")
+def section(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("integrators"), COMPARISONS)
 
 
 def tables(section):
@@ -165,10 +170,34 @@ def test_sentences_stand_under_their_part_with_its_lengths(section):
     assert list(parts) == list(described.PARTS.values())
     for number, (lengths, _) in enumerate(parts.values()):
         assert lengths.startswith(f"t = {1000 + number}, of which 400 discarded, 32 runs at each")
-    parted, order = parts["Trajectories without noise"][1]
+    parted, order, by_tolerance = parts["Trajectories without noise"][1]
     assert "apart within the run at 1 of 2 points, from t = 77 on (median of 8 runs" in parted
     # two fits, 0.9 and 1.3; that after 20 events is none of them
     assert "after 1 to 5 events" in order and "power 1.10 (0.90 to 1.30 in 2 fits)" in order
-    (conclusion,) = parts["Attractors and lifetimes without noise"][1]
-    assert "does not hold at 2 of 5 points" in conclusion
-    assert "but not, within the resolution of these samples" in conclusion
+    assert "event after 50 to 50 events falls as its mean step to the power 15.00" in by_tolerance
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({}, "does not hold at 2 of 5 points: r at the end depends on the integrator, but not, wi"),
+        (
+            {5: "differ", 7: "differ"},
+            "at 4 of 5 points: r at the end depends on the integrator, al",
+        ),
+        ({4: "agree", 6: "agree"}, "nothing speaks against the last sentence of the Appendix"),
+    ],
+)
+def test_the_conclusion_is_that_of_the_points_at_the_step_of_the_run(tmp_path, changed, words):
+    verdicts = {k: {"verdict": verdict} for k, verdict in changed.items()}
+    comparisons = [one | verdicts.get(k, {}) for k, one in enumerate(COMPARISONS)]
+    section = written(tmp_path, comparisons)
+    (conclusion,) = sentences(section)["Attractors and lifetimes without noise"][1]
+    assert words in conclusion
+
+
+def test_without_comparisons_at_the_end_nothing_is_concluded(tmp_path):
+    (conclusion,) = sentences(written(tmp_path, COMPARISONS[:4]))[
+        "Attractors and lifetimes without noise"
+    ][1]
+    assert "is not measured" in conclusion

@@ -12,13 +12,13 @@ from scipy import stats
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import SLIP
+from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.kinds import record
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import LAW, QUANTITIES
 from beltrepro.replication.studies.integrators import agreement_trajectories, divergence, samples
 from beltrepro.replication.studies.integrators import measure as integrators
-from beltrepro.replication.studies.integrators import words as page
 from beltrepro.replication.studies.integrators.steps import mean_step
 from beltrepro.replication.studies.transition.transients import STICK_SLIP, labels_of
 from beltrepro.simulation import TOLERANCES
@@ -139,7 +139,7 @@ def test_the_log_rank_test_by_hand():
 
 
 @pytest.mark.thorough
-def test_samples_and_lifetimes_are_rejected_at_the_stated_rate():
+def test_samples_shares_and_lifetimes_are_rejected_at_the_stated_rate():
     rng, trials = RNG(1), 600
     rows = [samples.compare_samples(*rng.standard_normal((2, 32))) for _ in range(trials)]
     assert within(np.mean([row["mean_p"] < 0.05 for row in rows]), 0.05, trials)
@@ -147,22 +147,12 @@ def test_samples_and_lifetimes_are_rejected_at_the_stated_rate():
     possible = [stats.ks_2samp(range(32), np.arange(32) + k + 0.5).pvalue for k in range(33)]
     level = max(p for p in possible if p < 0.05)
     assert within(np.mean([row["p"] < 0.05 for row in rows]), level, trials)
-    p = []
-    for _ in range(300):
-        times = rng.exponential(80.0, (2, 40))
-        p.append(samples.compare_lifetimes(*np.minimum(times, 100.0), *(times < 100))["p"])
-    assert within(np.mean(np.array(p) < 0.05), 0.05, 300)
-
-
-@pytest.mark.thorough
-def test_shares_are_rejected_at_the_stated_rate_or_less():
-    rng = RNG(3)
+    times = rng.exponential(80.0, (300, 2, 40))
+    rows = [samples.compare_lifetimes(*np.minimum(pair, 100.0), *(pair < 100)) for pair in times]
+    assert within(np.mean([row["p"] < 0.05 for row in rows]), 0.05, 300)
     how = {"labels": (0, 1, 2), "counted": 0, "n_permutations": 399}
-    rows = [
-        samples.compare_shares(*rng.choice(3, (2, 40), p=(0.7, 0.25, 0.05)), **how)
-        for _ in range(300)
-    ]
-    rate = np.mean([row["p"] <= 0.05 for row in rows])
+    labels = rng.choice(3, (300, 2, 40), p=(0.7, 0.25, 0.05))
+    rate = np.mean([samples.compare_shares(*pair, **how)["p"] <= 0.05 for pair in labels])
     assert rate < 0.05 + 4 * np.sqrt(0.05 * 0.95 / 300)
 
 
@@ -179,18 +169,13 @@ def test_holm_by_hand_and_the_error_of_a_family():
     assert within(np.mean(wrong), 0.05, 2000)
 
 
-@pytest.mark.parametrize(
-    ("corrected_p", "distance", "word"),
-    [
-        (0.05, 1.0, samples.AGREE),
-        (0.049, 0.01, samples.DIFFER),
-        (0.049, np.nan, samples.DIFFER),
-        (0.0, 0.0099, samples.CLOSE),
-        (np.nan, 0.0, samples.UNKNOWN),
-    ],
-)
-def test_verdicts(corrected_p, distance, word):
-    assert samples.verdict(corrected_p, distance) == word
+def test_verdicts():
+    differ, close = samples.DIFFER, samples.CLOSE
+    for corrected_p, distance, word in (
+        *((0.05, 1.0, samples.AGREE), (0.049, 0.01, differ), (0.049, np.nan, differ)),
+        *((0.0, 0.0099, close), (np.nan, 0.0, samples.UNKNOWN)),
+    ):
+        assert samples.verdict(corrected_p, distance) == word
 
 
 def comparison(mean_p=0.5, tested=2.0, reference=1.0, **other):
@@ -309,25 +294,21 @@ def test_a_summary_takes_medians_over_members():
     assert np.isnan(divergence._summary([pair([0], [])])["shift"])
 
 
-@pytest.mark.parametrize("order", [1.0, 2.0, 0.5])
-def test_order_of_convergence_is_found(order):
+def test_order_of_convergence_is_that_of_the_errors_above_rounding():
     steps = np.array([4e-3, 2e-3, 1e-3, 5e-4])
-    assert divergence.convergence_order(steps, 7 * steps**order) == pytest.approx((order, 0))
-    scores = []
-    for noise in np.exp(0.1 * RNG(8).standard_normal((400, 4))):
-        fitted, error = divergence.convergence_order(steps, 7 * steps**order * noise)
-        scores.append((fitted - order) / error)
-    assert stats.kstest(scores, stats.t(2).cdf).pvalue > 1e-3
-
-
-def test_rounding_and_two_steps_have_no_order():
-    assert np.isnan(divergence.convergence_order([1e-3, 2e-3], [1, 2])[0])
-    assert np.isnan(divergence.convergence_order([1e-3, 2e-3, 4e-3], [1, 2, 1e-12])[0])
-    steps = np.array([1e-3, 2e-3, 4e-3, 8e-3])
+    for order in (1.0, 2.0, 0.5):
+        assert divergence.convergence_order(steps, 7 * steps**order) == pytest.approx((order, 0))
+        scores = []
+        for noise in np.exp(0.1 * RNG(8).standard_normal((400, 4))):
+            fitted, error = divergence.convergence_order(steps, 7 * steps**order * noise)
+            scores.append((fitted - order) / error)
+        assert stats.kstest(scores, stats.t(2).cdf).pvalue > 1e-3
+    assert np.isnan(divergence.convergence_order(steps[:2], [1, 2])[0])
+    assert np.isnan(divergence.convergence_order(steps[:3], [1e-12, 1, 2])[0])
     for first, order in ((0.8e-9, 2), (1.2e-9, 11)):
-        fitted, _ = divergence.convergence_order(steps, [first, 4, 16, 64])
+        fitted, _ = divergence.convergence_order(steps[::-1], [first, 4, 16, 64])
         assert fitted == pytest.approx(order, abs=0.5)
-    assert divergence.convergence_order(steps, [1e-12, 4, 16, 64], rounding=1e-13)[0] > 10
+    assert divergence.convergence_order(steps[::-1], [1e-12, 4, 16, 64], rounding=1e-13)[0] > 10
 
 
 def trajectories(steps, *, slope=1.0, members=3):
@@ -368,7 +349,8 @@ def by_tolerance(tolerances=MADE_UP, *, order=15):
 def test_errors_and_partings_of_known_trajectories():
     steps = [0.004, 0.002, 0.001]
     reference = trajectories([1e-12, 0.5])
-    partings, errors = divergence.compare_trajectories(trajectories(steps), reference)
+    partings = divergence.partings(trajectories(steps), reference)
+    errors = divergence.errors_by_step(trajectories(steps), reference)
     assert len(partings) == 2 * len(steps)
     row = next(row for row in partings if row["time_step"] == 0.002 and row["n_blocks"] == 2)
     assert row["members"] == 3 and row["parting_time"] == np.inf
@@ -381,14 +363,14 @@ def test_errors_and_partings_of_known_trajectories():
     assert table[2, 2, 0.002]["error"] == pytest.approx(10.5 * 0.002, rel=1e-6)
     assert table[2, 2, 0.002]["order"] == pytest.approx(1, abs=1e-6)
     # a run of the reference is not compared with itself
-    partings, _ = divergence.compare_trajectories(reference, reference)
+    partings = divergence.partings(reference, reference)
     assert {row["time_step"] for row in partings} == {0.5}
     assert all(row["parting_time"] == 12.5 for row in partings)
 
 
 @pytest.mark.parametrize("order", [15, 12])
 def test_order_in_the_step_is_found_from_tolerances(order):
-    rows = divergence.compare_tolerances(by_tolerance(order=order))
+    rows = divergence.errors_by_tolerance(by_tolerance(order=order))
     assert len(rows) == 2 * 3 * (len(MADE_UP) - 1)
     for row in rows:
         assert (row["varied"], row["time_step"], row["members"]) == ("tolerance", 0.001, 3)
@@ -397,8 +379,8 @@ def test_order_in_the_step_is_found_from_tolerances(order):
             assert row["error"] == 0 and np.isnan(row["order"])
         else:
             assert row["order"] == pytest.approx(order, abs=1e-3) and row["order_error"] < 1e-2
-    assert divergence.compare_tolerances(trajectories([0.001])) == []
-    assert divergence.compare_tolerances(by_tolerance([1e-10])) == []
+    assert divergence.errors_by_tolerance(trajectories([0.001])) == []
+    assert divergence.errors_by_tolerance(by_tolerance([1e-10])) == []
 
 
 def test_steps_are_those_of_the_scheme_or_those_that_the_tolerance_allows():
@@ -419,7 +401,7 @@ def test_steps_are_those_of_the_scheme_or_those_that_the_tolerance_allows():
     assert steps[1:].tolist() == [mean_step(*motion, tolerance) for tolerance in (1e-10, 1e-4)]
 
 
-# --- one number for each run ----------------------------------------------------------------------
+# --- from datasets to tables ----------------------------------------------------------------------
 
 
 def scan_of(points, seed, replicates):
@@ -443,71 +425,16 @@ def scan_of(points, seed, replicates):
     }
 
 
-def test_statistics_of_the_points_of_a_scan_by_hand():
-    arrays = scan_of([(2, 5.0, 1.0), (10, 5.0, 1.0)], 17, 3)
-    columns = list(integrators.disorder_statistics(arrays, measured_time=40.0).values())
-    for run in range(6):
-        velocities = arrays["section_velocity"][run, :6]
-        expected = [
-            arrays["disorder_parameter"][run],
-            arrays["mean_length"][run],
-            arrays["slip_count"][run, arrays["n_blocks"][run] - 1] / 40,
-            arrays["section_count"][run] / 40,
-            np.nan if run == 1 else velocities.mean(),
-            np.nan if run == 1 else velocities.std(),
-        ]
-        np.testing.assert_allclose([values[run] for values in columns], expected)
-
-
-def catalogue(seed, n_blocks=(3, 2, 3), runs_with_slips=2):
-    rng = RNG(seed)
-    slips, count = np.zeros(60, SLIP), runs_with_slips
-    slips["point"], slips["block"] = rng.integers(0, count, 60), rng.integers(1, 4, 60)
+def catalogue(seed, n_blocks):
+    """Slips and section points of all runs but the last."""
+    rng, count = RNG(seed), len(n_blocks) - 1
+    slips, section = np.zeros(300, SLIP), np.zeros(50, [("point", "i4"), ("velocities", "f8", 3)])
+    slips["point"], slips["block"] = rng.integers(0, count, 300), rng.integers(1, 4, 300)
     for name in ("start_position", "stop_position", "dissipated"):
-        slips[name] = rng.random(60)
-    section = np.zeros(30, [("point", "i4"), ("velocities", "f8", 3)])
-    section["point"], section["velocities"] = rng.integers(0, count, 30), rng.random((30, 3))
-    points = {"belt_velocity": np.arange(1.0, len(n_blocks) + 1), "noise": np.zeros(len(n_blocks))}
+        slips[name] = rng.random(300)
+    section["point"], section["velocities"] = rng.integers(0, count, 50), rng.random((50, 3))
+    points = {"belt_velocity": np.ones(count + 1), "noise": np.zeros(count + 1)}
     return {"slips": slips, "section": section, "n_blocks": np.array(n_blocks)} | points
-
-
-def test_statistics_of_slips_by_hand():
-    arrays = catalogue(18)
-    columns = list(integrators.slip_statistics(arrays).values())
-    for run, n_blocks in ((0, 3), (1, 2)):
-        slips = arrays["slips"]
-        slips = slips[(slips["point"] == run) & (slips["block"] == n_blocks)]
-        size = slips["start_position"] - slips["stop_position"]
-        v = arrays["section"]["velocities"][arrays["section"]["point"] == run][:, n_blocks - 1]
-        expected = [size.size, size.mean(), *np.percentile(size, [50, 90])]
-        expected += [slips["dissipated"].mean(), v.size, v.mean(), v.std()]
-        np.testing.assert_allclose([values[run] for values in columns], expected)
-    without = [values[2] for values in columns]
-    assert without[::5] == [0, 0] and np.isnan(without[1:5]).all()
-
-
-# --- which quantities at which points -------------------------------------------------------------
-
-
-def test_each_side_of_a_comparison_brings_its_own_runs():
-    """Sides of different sizes, orders and points: one cannot stand in for the other."""
-    shared = [(5, 10.0, 1.0), (5, 30.0, 1.0), (7, 10.0, 5.0)]
-    tested = scan_of([*shared, (5, 50.0, 1.0)], 19, 6)
-    reference = scan_of([(9, 9.0, 9.0), *shared], 20, 9)
-    values = ({"q": side["disorder_parameter"]} for side in (tested, reference))
-    rows = integrators.compare_points(tested, reference, *values)
-    assert [(row["n_blocks"], row["belt_velocity"], row["noise"]) for row in rows] == shared
-    for row, point in zip(rows, shared, strict=True):
-        sides = [
-            [
-                side["disorder_parameter"][k]
-                for k in range(side["noise"].size)
-                if (side["n_blocks"][k], side["belt_velocity"][k], side["noise"][k]) == point
-            ]
-            for side in (tested, reference)
-        ]
-        assert row.items() >= ({"quantity": "q"} | samples.compare_samples(*sides)).items()
-        assert (row["n_tested"], row["n_reference"]) == (6, 9)
 
 
 def ends(seed, *, steps, runs, spreads=(1e-3, 1.0)):
@@ -530,33 +457,109 @@ def ends(seed, *, steps, runs, spreads=(1e-3, 1.0)):
     }
 
 
-def test_each_side_of_the_attractors_brings_its_own_runs():
-    tested = ends(21, steps=(0.001, 0.002), runs=7)
-    reference = ends(22, steps=(0.004, 0.001), runs=11)
-    rows = integrators.compare_attractors(tested, reference)
-    assert len(rows) == 2 * 2 * 2 * 3
-    for row in rows:
-        chosen = [
-            (side["belt_velocity"] == row["belt_velocity"])
-            & (side["initial_spread"] == row["initial_spread"])
-            & (side["time_step"] == step)  # the reference with its smallest step
-            for side, step in ((tested, row["time_step"]), (reference, 0.001))
-        ]
-        assert (row["n_tested"], row["n_reference"]) == (7, 11)
-        sides = list(zip((tested, reference), chosen, strict=True))
-        if row["quantity"] == integrators.LIFETIME:
-            times, escaped = (
-                [side[name][at] for side, at in sides] for name in ("lifetime", "escaped")
-            )
-            expected = samples.compare_lifetimes(*times, *escaped)
-        elif row["quantity"] == integrators.FINAL_DISORDER:
-            expected = samples.compare_samples(*(side["final_disorder"][at] for side, at in sides))
-        else:
-            assert row["quantity"] == integrators.STILL_STICKING
-            means = [np.mean(labels_of(side)[at] == STICK_SLIP) for side, at in sides]
-            expected = {"mean_tested": means[0], "mean_reference": means[1]}
-        for name, value in expected.items():
-            np.testing.assert_equal(row[name], value)
+@pytest.fixture(scope="module")
+def made_up():
+    """The datasets of all tables; the sides differ in length, number and order of runs."""
+    shared = [(5, 10.0, 1.0), (5, 30.0, 1.0), (7, 10.0, 5.0)]
+    arrays = {
+        "pairs_paths_verlet": trajectories([0.004, 0.002, 0.001]),
+        "pairs_paths_event": trajectories([0.001, 0.002], slope=0.0),
+        "pairs_paths_tolerances": by_tolerance(),
+        "pairs_r_verlet": scan_of([*shared, (5, 50.0, 1.0)], 19, 6),
+        "pairs_r_event": scan_of([(9, 9.0, 9.0), *shared], 20, 9),
+        "pairs_slips_verlet": catalogue(10, [3, 2, 2, 3, 3, 2]),
+        "pairs_slips_event": catalogue(20, [2, 3, 2, 3, 3, 3, 3, 2]),
+        "pairs_states_verlet": ends(21, steps=(0.004, 0.002, 0.001), runs=7),
+        "pairs_states_event": ends(22, steps=(0.002, 0.001), runs=11),
+    }
+    lengths = {"verlet": (1000.0, 100.0), "event": (640.0, 40.0), "tolerances": (1.0, 0.0)}
+    made = {}
+    for name, columns in arrays.items():
+        side = name.rpartition("_")[2]
+        about = dict(zip(("duration", "transient"), lengths[side], strict=True))
+        made[name] = Dataset(columns, about | {"method": side.replace("tolerances", "event")})
+    return made
+
+
+@pytest.fixture(scope="module")
+def tables(made_up):
+    """All tables; made-up trajectories bring their steps."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(divergence, "with_steps", lambda runs: runs)
+        return {name: getattr(integrators, name)(made_up) for name in integrators.TABLES}
+
+
+def numbers_of_scan(side, run):
+    arrays, time = side.arrays, side.attributes["duration"] - side.attributes["transient"]
+    velocities = arrays["section_velocity"][run][:6]
+    rates = [arrays["slip_count"][run, arrays["n_blocks"][run] - 1] / time]
+    rates += [arrays["section_count"][run] / time]
+    names = ("disorder_parameter", "mean_length")
+    return [*(arrays[name][run] for name in names), *rates, velocities.mean(), velocities.std()]
+
+
+def numbers_of_catalogue(side, run):
+    arrays, last = side.arrays, side.arrays["n_blocks"][run]
+    slips = arrays["slips"]
+    slips = slips[(slips["point"] == run) & (slips["block"] == last)]
+    size = slips["start_position"] - slips["stop_position"]
+    v = arrays["section"]["velocities"][arrays["section"]["point"] == run][:, last - 1]
+    if not size.size:
+        return [0, *4 * [np.nan], 0, np.nan, np.nan]
+    lost = slips["dissipated"].mean()
+    return [size.size, size.mean(), *np.percentile(size, [50, 90]), lost, v.size, v.mean(), v.std()]
+
+
+def numbers_of_ends(side, run):
+    sticks = labels_of(side.arrays)[run] == STICK_SLIP
+    return [sticks, side.arrays["final_disorder"][run], side.arrays["lifetime"][run]]
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "numbers", "points"),
+    [
+        ("disorder", "pairs_r", numbers_of_scan, 3),
+        ("slips", "pairs_slips", numbers_of_catalogue, 2),
+        ("attractors", "pairs_states", numbers_of_ends, 2 * 2 * 3),
+    ],
+)
+def test_each_row_compares_the_runs_of_both_sides_at_its_point(
+    made_up, tables, part, name, numbers, points
+):
+    """By plain loops, run by run; of the attractors the reference has its smallest step."""
+    table = tables["agreement"][tables["agreement"]["part"] == part]
+    place = ["n_blocks", "belt_velocity", "noise"]
+    place += ["initial_spread", "time_step"] * (part == "attractors")
+    assert table.groupby(place).ngroups == points
+    for point, rows in table.groupby(place):
+        for role, method in zip(("tested", "reference"), METHODS, strict=True):
+            side = made_up[f"{name}_{method}"]
+            here = dict(zip(place, point, strict=True))
+            if part == "attractors" and role == "reference":
+                here["time_step"] = 0.001
+            runs = range(side.arrays["n_blocks"].size)
+            there = [k for k in runs if all(side.arrays[q][k] == here[q] for q in here)]
+            values = np.array([numbers(side, run) for run in there], dtype=float)
+            assert len(rows) == values.shape[1] and (rows[role] == method).all()
+            counts = np.isfinite(values).sum(axis=0)
+            np.testing.assert_array_equal(rows[f"n_{role}"], counts)
+            np.testing.assert_allclose(rows[f"mean_{role}"], np.nanmean(values, axis=0))
+            error = np.nanstd(values, axis=0, ddof=1) / np.sqrt(counts)
+            np.testing.assert_allclose(rows[f"error_{role}"], error)
+
+
+def test_the_attractors_are_tested_by_lifetimes_with_the_runs_that_escaped(made_up, tables):
+    table = tables["agreement"].set_index(["quantity", "belt_velocity", "initial_spread"])
+    rows = table.loc[(integrators.LIFETIME, 25.0, 1.0)]
+    for _, row in rows.iterrows():
+        sides = []
+        for method, step in zip(METHODS, (row["time_step"], 0.001), strict=True):
+            side = made_up[f"pairs_states_{method}"].arrays
+            here = (side["belt_velocity"] == 25) & (side["initial_spread"] == 1)
+            here &= side["time_step"] == step
+            sides.append((side["lifetime"][here], side["escaped"][here]))
+        (one, gone), (other, went) = sides
+        assert row["p"] == samples.compare_lifetimes(one, other, gone, went)["p"]
 
 
 def test_families_are_judged_each_by_itself():
@@ -579,47 +582,7 @@ def test_families_are_judged_each_by_itself():
     assert (second["tested"], second["reference"]) == ("one", "two")
 
 
-# --- tables, page and runs ------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def made_up():
-    """The datasets that all tables are derived from; the sides of a part differ in length."""
-    places = [(5, u, s) for u in (10.0, 30.0) for s in (1.0, 5.0)]
-    arrays = {
-        "pairs_paths_verlet": trajectories([0.004, 0.002, 0.001]),
-        "pairs_paths_event": trajectories([0.001, 0.002], slope=0.0),
-        "pairs_paths_tolerances": by_tolerance(),
-        "pairs_r_verlet": scan_of(places, 10, 12),
-        "pairs_r_event": scan_of(places, 20, 9),
-        "pairs_slips_verlet": catalogue(10, [3] * 8, 8),
-        "pairs_slips_event": catalogue(20, [3] * 8, 8),
-        "pairs_states_verlet": ends(10, steps=[0.004, 0.002, 0.001], runs=24),
-        "pairs_states_event": ends(20, steps=[0.002, 0.001], runs=24),
-    }
-    for name in ("pairs_slips_verlet", "pairs_slips_event"):
-        arrays[name]["belt_velocity"] = np.ones(8)
-    lengths = {"verlet": (1000.0, 100.0), "event": (640.0, 40.0), "tolerances": (1.0, 0.0)}
-    made = {}
-    for name, columns in arrays.items():
-        side = name.rpartition("_")[2]
-        about = dict(zip(("duration", "transient"), lengths[side], strict=True))
-        made[name] = Dataset(columns, about | {"method": side.replace("tolerances", "event")})
-    return made
-
-
-@pytest.fixture(scope="module")
-def tables(made_up):
-    """All tables; made-up trajectories bring their steps."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(divergence, "with_steps", lambda runs: runs)
-        return {name: getattr(integrators, name)(made_up) for name in integrators.TABLES}
-
-
-def test_tables_have_a_row_for_each_comparison(tables):
-    table = tables["agreement"]
-    assert len(table) == 4 * 6 + 1 * 8 + 2 * 2 * 3 * 3
-    assert set(table["tested"]) == {"verlet"} and set(table["reference"]) == {"event"}
+def test_trajectories_have_a_row_for_each_point_and_step(tables):
     assert len(tables["families"]) == 6 + 8 + 2 * 3 * 3
     steps = tables["partings"].groupby("method")["time_step"].unique()
     assert sorted(steps["verlet"]) == [0.001, 0.002, 0.004] and list(steps["event"]) == [0.002]
@@ -628,37 +591,11 @@ def test_tables_have_a_row_for_each_comparison(tables):
         ("event", "tolerance"): 2 * 3 * (len(MADE_UP) - 1),
         ("verlet", "time_step"): 2 * 3 * 3,
     }
-    for name, entry in integrators.TABLES.items():
-        assert set(entry.columns) <= set(tables[name]), name
+    for name, entry in registry.tables().items():
+        assert name not in tables or set(entry.columns) <= set(tables[name]), name
 
 
-def test_rates_are_of_the_settled_time_of_each_side(made_up, tables):
-    table = tables["agreement"].set_index(["quantity", "belt_velocity", "noise"])
-    for quantity, counts in (
-        ("slips of the last block per time", lambda arrays: arrays["slip_count"][:, 4]),
-        ("crossings of the section per time", lambda arrays: arrays["section_count"]),
-    ):
-        row = table.loc[(quantity, 30.0, 5.0)]
-        for role, method, time in (("tested", "verlet", 900.0), ("reference", "event", 600.0)):
-            arrays = made_up[f"pairs_r_{method}"].arrays
-            here = (arrays["belt_velocity"] == 30.0) & (arrays["noise"] == 5.0)
-            assert row[f"mean_{role}"] == pytest.approx(counts(arrays)[here].mean() / time)
-
-
-def sentences(tables):
-    settings = make_plan(CONFIG | {"preset": "smoke"}).settings()
-    parts = page.describe(tables, settings)["parts"]
-    return {part["title"]: " ".join(part["sentences"]) for part in parts}
-
-
-def test_the_page_concludes_from_the_tables_alone(tables):
-    on_trajectories = sentences(tables)["Trajectories without noise"]
-    assert "falls as dt to the power 1.00" in on_trajectories
-    assert "falls as its mean step to the power 15.00" in on_trajectories
-    for word, end in ((samples.AGREE, "nothing speaks against"), (samples.DIFFER, "does not hold")):
-        turned = tables | {"agreement": tables["agreement"].assign(verdict=word)}
-        last = sentences(turned)["Attractors and lifetimes without noise"]
-        assert end in last.rpartition("So ")[2]
+# --- pages and runs -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("tolerances", "drawn"), [([1e-10], False), ([1e-4, 1e-10], True)])
@@ -713,7 +650,7 @@ def test_errors_fall_with_the_tolerance():
     """From runs to rows, by the integrator that has a tolerance."""
     arrays = run("pairs_paths_tolerances", n_replicates=4, n_blocks=2)
     assert set(arrays["allowed_error"]) == {1e-2, 1e-4, 1e-6, TOLERANCES["event"], 1e-14}
-    rows = pd.DataFrame(divergence.compare_tolerances(divergence.with_steps(arrays)))
+    rows = pd.DataFrame(divergence.errors_by_tolerance(divergence.with_steps(arrays)))
     rows = rows[rows["after_events"] == 5]
     assert rows["tolerance"].tolist() == [1e-2, 1e-4, 1e-6, 1e-10]
     errors = rows["error"].tolist()

@@ -32,7 +32,9 @@ def test_every_table_is_a_module_with_a_function():
     assert len(TABLES) > 15
     for name, entry in TABLES.items():
         module = importlib.import_module(registry.tables()[name].module)
-        assert entry == module.TABLES[name] and callable(getattr(module, name))
+        made_from = module.TABLES[name]
+        assert (entry.uses, entry.on_top) == (made_from.uses, made_from.on_top)
+        assert callable(getattr(module, name))
         assert entry.file(name) == (name if name == "agreement" else f"tables/{name}")
 
 
@@ -186,7 +188,8 @@ def test_a_table_that_uses_what_is_not_there_is_one_line():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("Table(uses=())", "missing 1 required keyword-only argument: 'title'"),
+        ("Table(uses=())", "title = '': must be one sentence"),
+        ("Table(title='A.')", "missing 1 required keyword-only argument: 'uses'"),
         (
             "Table(title='A.', uses=(), colums={})",
             "unexpected keyword argument 'colums'; allowed",
@@ -201,6 +204,28 @@ def test_a_bad_entry_is_one_line(tmp_path, text, words):
     with pytest.raises(InputError) as caught:
         registry.tables(tmp_path)
     assert "some.py: TABLES['a']: " in str(caught.value) and words in str(caught.value)
+
+
+def test_words_beside_a_module_are_those_of_its_figures_and_tables(tmp_path):
+    (tmp_path / "words.yaml").write_text("tables: {a: {title: A., columns: {x: of it}}}")
+    (tmp_path / "measure.py").write_text("TABLES = {'a': Table(uses=('u1',), on_top=True)}")
+    (entry,) = registry.tables(tmp_path).values()
+    assert entry == registry.Table(
+        title="A.", uses=("u1",), columns={"x": "of it"}, on_top=True, module="measure"
+    )
+    registry._words.cache_clear()
+    registry.tables.cache_clear()
+    (tmp_path / "words.yaml").write_text("tables: {a: {title: A., colums: {}}}")
+    with pytest.raises(InputError, match=r"measure.py: TABLES\['a'\]: unknown field 'colums'"):
+        registry.tables(tmp_path)
+
+
+def test_no_words_are_of_a_figure_or_table_that_is_not_there():
+    for path in registry.STUDIES.rglob("words.yaml"):
+        words, study = registry._words(path), path.parent.name
+        for section, entries in (("figures", registry.figures()), ("tables", TABLES)):
+            there = {name for name, one in entries.items() if f".{study}." in one.module}
+            assert set(words.get(section, {})) <= there
 
 
 def test_tables_have_names_of_their_own(tmp_path):

@@ -61,6 +61,10 @@ class Estimate:
             return f"{self.value:.3g} ({self.high:.3g} or less)"
         return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
 
+    def named(self, *names: str) -> dict[str, float]:
+        """The number and the ends of its interval under three names, as columns of a table."""
+        return dict(zip(names, self.numbers, strict=True))
+
     def scaled(self, factor: float) -> Estimate:
         """The number times a factor."""
         low, high = sorted((factor * self.low, factor * self.high))
@@ -71,6 +75,11 @@ def sure(value: float | bool) -> Estimate:
     """What is no matter of chance: a closed form, a property of the model, a yes or no."""
     value = float(value)
     return Estimate(value, value, value)
+
+
+def all_sure(values: dict[str, float | bool]) -> dict[str, Estimate]:
+    """Several such by name."""
+    return {name: sure(value) for name, value in values.items()}
 
 
 def single(value: float) -> Estimate:

@@ -80,6 +80,12 @@ def letter(axes, text):
     axes.set_title(f"{text}.", loc="left", weight="bold")
 
 
+def letters(*panels):
+    """A letter for each panel, in their order."""
+    for axes, text in zip(panels, "abcdefghijkl", strict=False):
+        letter(axes, text)
+
+
 def remark(axes, text):
     """What is to be known of a panel, small, above its upper right corner."""
     return axes.set_title(text, loc="right", size=6.2, color="0.35")
@@ -198,6 +204,17 @@ def trace(axes, time, values, *, ylabel):
     elif time.size > 1:
         axes.set_xlim(time[0], time[-1])
     axes.set_ylabel(ylabel)
+
+
+def intervals(axes, place, value, low, high, **look):
+    """A mark for each estimate, with its interval as a bar."""
+    axes.errorbar(place, value, [value - low, high - value], **look)
+
+
+def limits(axes, place, low, *, length=1.0, **look):
+    """Arrows up from lower limits, `length` times as long as these are large."""
+    if len(place):
+        axes.errorbar(place, low, length * low, lolims=True, **look | {"linestyle": "none"})
 
 
 def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **changes):

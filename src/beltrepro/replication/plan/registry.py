@@ -3,7 +3,7 @@
 A module that assigns `FIGURE = Figure(...)` draws the figure of its name. One that assigns
 `TABLES = {"name": Table(...)}` has a function of each name that makes the table. The arguments are
 literals, so they are read from its text: the workflow asks for them in every job and must not wait
-for pandas and matplotlib.
+for pandas and matplotlib. Those that are words may stand in `words.yaml` beside the module instead.
 """
 
 import ast
@@ -14,11 +14,15 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, TypeVar
 
+import yaml
+
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 
 E = TypeVar("E", bound="_Entry")
 STUDIES = Path(__file__).parent.parent / "studies"
+# PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 CATEGORIES = ("Figures of the paper", "Integrators compared", "Further studies")
 
 
@@ -31,11 +35,12 @@ class _Entry:
     module : dotted name of its module.
     """
 
-    title: str
+    title: str = ""
     uses: tuple[str, ...]
     module: str = field(default="", compare=False)
 
-    def __post_init__(self):
+    def check(self) -> None:
+        """Raise InputError for a value that no entry may have."""
         if not isinstance(self.title, str) or not self.title.endswith(".") or "\n" in self.title:
             raise InputError(f"title = {self.title!r}: must be one sentence with a full stop")
         if not isinstance(self.uses, tuple) or len(set(self.uses)) < len(self.uses):
@@ -70,14 +75,15 @@ class Figure(_Entry):
         `"u-critical: exact dynamics"` for a variant. A star in a name stands for any text.
     """
 
-    words: str
-    alt: str
+    words: str = ""
+    alt: str = ""
     number: str = ""
     category: str = CATEGORIES[0]
     shows: dict[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
 
-    def __post_init__(self):
-        super().__post_init__()
+    def check(self) -> None:
+        """Raise InputError for a value that no figure may have."""
+        super().check()
         for name in ("words", "alt"):
             if not isinstance(getattr(self, name), str) or not getattr(self, name).strip():
                 raise InputError(f"{name} must be text")
@@ -96,7 +102,7 @@ class Figure(_Entry):
 def figures(folder: Path = STUDIES) -> dict[str, Figure]:
     """All figures by name, those of the paper first, in its order; InputError for a wrong entry."""
     entries = {
-        path.stem: _entry(path, "FIGURE", call, Figure)
+        path.stem: _entry(path, "FIGURE", call, Figure, path.stem)
         for path, call in _assigned(folder, "FIGURE")
     }
     return dict(
@@ -115,7 +121,7 @@ def tables(folder: Path = STUDIES) -> dict[str, Table]:
             name = ast.literal_eval(key) if isinstance(key, ast.Constant) else None
             if not isinstance(name, str) or name in entries:
                 raise InputError(f"{_place(path)}: TABLES: {name!r} must be a name of its own")
-            entries[name] = _entry(path, f"TABLES[{name!r}]", call, Table)
+            entries[name] = _entry(path, f"TABLES[{name!r}]", call, Table, name)
     return dict(sorted(entries.items()))
 
 
@@ -160,19 +166,28 @@ def _assigned(folder: Path, label: str) -> list[tuple[Path, ast.expr]]:
     ]
 
 
-def _entry(path: Path, label: str, call: ast.expr, kind: type[E]) -> E:
-    """The entry that a call stands for, whose arguments are literal."""
+def _entry(path: Path, label: str, call: ast.expr, kind: type[E], name: str) -> E:
+    """The entry that a call stands for, whose arguments are literal, with the words beside it."""
+    section = "figures" if kind is Figure else "tables"
+    words = _words(path.with_name("words.yaml")).get(section, {}).get(name, {})
     try:
         if not isinstance(call, ast.Call) or call.args or ast.unparse(call.func) != kind.__name__:
-            raise InputError(f"must be {kind.__name__}(title=..., ...)")
+            raise InputError(f"must be {kind.__name__}(uses=..., ...)")
         arguments = {str(word.arg): _literal(word.arg, word.value) for word in call.keywords}
-        return kind(**arguments, module=_dotted(path))
+        entry = kind(**words | arguments, module=_dotted(path))
+        entry.check()
+        return entry
     except TypeError as error:  # missing, or unknown
         allowed = ", ".join(entry.name for entry in fields(kind) if entry.name != "module")
         problem = f"{str(error).partition('() ')[2]}; allowed are {allowed}"
     except InputError as error:
         problem = str(error)
     raise InputError(f"{_place(path)}: {label}: {problem}")
+
+
+@functools.cache
+def _words(path: Path) -> dict[str, Any]:
+    return yaml.load(path.read_text(encoding="utf-8"), _LOADER) if path.exists() else {}
 
 
 def _place(path: Path) -> str:

@@ -56,12 +56,18 @@ def _environment() -> jinja2.Environment:
         "sentence": as_sentence,
         "lower_first": lambda text: text[:1].lower() + text[1:],
         "time": _time,
+        "number": _number,
     }
     return environment
 
 
 def _style(name: str) -> str:
     return resources.files(_ROOM).joinpath(name).read_text(encoding="utf-8")
+
+
+def _number(value: float, form: str = ".3g") -> str:
+    """A number in this form, and nothing for what is not known."""
+    return "" if value != value else f"{value:{form}}"
 
 
 def _time(seconds: float) -> str:

@@ -5,24 +5,7 @@ import numpy as np
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Branches of periodic orbits without noise, and the share of starts that end at small r.",
-    uses=("basins", "basin_shares", "sweep_falls"),
-    words=(
-        "Not in the paper. a: r of each periodic orbit of five blocks that was followed along u, "
-        "as points. Marks show how it ends: by grazing, or by a bifurcation. Crosses are runs that "
-        "are irregular at the end, plus signs orbits of more than 200 slips. b: share of the "
-        "starts that end at r below 0.05, with 95 % intervals, from rest and from slipping states "
-        "with the energy H for each block. c: the same share of sweeps without noise, in which u "
-        "goes up and then down in steps, for three times for which each u is held. The grey band "
-        "is where the paper sees r fall."
-    ),
-    alt=(
-        "Three panels against belt velocity: r of branches of periodic orbits with their ends, "
-        "shares of starts that end at small r, and shares of sweeps at small r."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies")
 
 _PAPER = 15.0, 18.0  # where the paper sees r fall
 _BIFURCATIONS = ("fold", "period doubling", "torus", "stick of no length")
@@ -40,9 +23,9 @@ def draw(data):
     _draw_starts(starts, shares[shares["n_blocks"] == 5])
     falls = data["sweep_falls"]
     _draw_sweeps(sweeps, falls[falls["noise"] == 0])
-    for axes, name in zip((orbits, starts, sweeps), "abc", strict=True):
+    panels.letters(orbits, starts, sweeps)
+    for axes in (orbits, starts, sweeps):
         axes.axvspan(*_PAPER, color="0.9", linewidth=0, zorder=0)
-        panels.letter(axes, name)
     for axes in (starts, sweeps):
         axes.set(ylabel="share at small $r$", ylim=(-0.05, 1.05))
     sweeps.set_xlabel(panels.BELT_VELOCITY)
@@ -102,13 +85,12 @@ def _draw_sweeps(axes, falls):
 
 
 def _draw_shares(axes, rows, number, label, shift, face=None):
-    ends = rows["share"] - rows["low"], rows["high"] - rows["share"]
     colour = style.COLOURS[number]
     look = {"color": colour, "ecolor": (colour, 0.5), "markersize": 2.2, "elinewidth": 0.4}
-    look |= {"markeredgewidth": 0.6} | ({"markerfacecolor": face} if face else {})
-    marker = style.MARKERS[number]
-    axes.errorbar(
-        rows["belt_velocity"] + shift, rows["share"], ends, fmt=marker, label=label, **look
+    look |= {"markeredgewidth": 0.6, "markerfacecolor": face, "label": label}
+    shares = (rows[name] for name in ("share", "low", "high"))
+    panels.intervals(
+        axes, rows["belt_velocity"] + shift, *shares, fmt=style.MARKERS[number], **look
     )
 
 
@@ -120,7 +102,5 @@ def _finish_shares(axes, columns):
 
 
 def _legend_above(axes, columns):
-    """Legend above a panel, beside its letter."""
-    place = {"loc": "lower left", "bbox_to_anchor": (0.06, 1.0), "ncols": columns}
-    space = {"columnspacing": 0.7, "handletextpad": 0.1, "borderpad": 0.1, "frameon": False}
-    axes.legend(fontsize=6.2, **place, **space)
+    place = {"loc": "lower left", "bbox_to_anchor": (0.06, 1.0), "borderaxespad": 0.3}
+    panels.legend_above(axes, ncols=columns, columnspacing=0.7, handletextpad=0.1, **place)

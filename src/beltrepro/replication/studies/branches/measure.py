@@ -4,50 +4,13 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
-from beltrepro.stats.estimates import Estimate, share, share_of
+from beltrepro.replication.studies.points import by_point
+from beltrepro.stats.estimates import share_of
 
 TABLES = {
-    "basin_shares": Table(
-        title="Share of the starts that end at small r, from rest and from slipping states.",
-        uses=("basins", "basins_sizes"),
-        columns={
-            "start_energy": "H for each block of slipping starts (model energy); 0: at rest",
-            "runs": "runs from different starts",
-            "share": "share of them that end at r below 0.05",
-            "low": "lower end of its interval (Clopper and Pearson, 95 %)",
-            "high": "upper end",
-            "sliding": "share that ends in slip without any stick",
-            "irregular": "share that is irregular at the end",
-            "attractors": "attractors that the runs reach, irregular motion as one",
-        },
-    ),
-    "branch_ends": Table(
-        title="Periodic orbits that were followed along u, and how they begin and end.",
-        uses=("basins", "basins_sizes"),
-        columns={
-            "attractor": "label of the branch, for one N",
-            "period_events": "slips of all blocks in a period",
-            "lower": "u at which it begins (model velocity)",
-            "lower_end": "how: grazing, fold and so on; edge: of the range that was looked at",
-            "upper": "u at which it ends (model velocity)",
-            "upper_end": "how",
-            "r_lower": "r at its lower end",
-            "r_upper": "r at its upper end",
-            "starts": "starts that reach it, of all belt velocities",
-        },
-    ),
-    "sweep_falls": Table(
-        title="Share of sweeps at small r, on the way up in u and down again.",
-        uses=("sweeps", "sweeps_fast", "sweeps_slow"),
-        columns={
-            "hold": "time for which each belt velocity is held (model time)",
-            "way": "up or down",
-            "runs": "sweeps",
-            "share": "share of them at r below 0.05",
-            "low": "lower end of its interval (Clopper and Pearson, 95 %)",
-            "high": "upper end",
-        },
-    ),
+    "basin_shares": Table(uses=("basins", "basins_sizes")),
+    "branch_ends": Table(uses=("basins", "basins_sizes")),
+    "sweep_falls": Table(uses=("sweeps", "sweeps_fast", "sweeps_slow")),
 }
 SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, from 0.07
 
@@ -57,15 +20,15 @@ def basin_shares(data) -> pd.DataFrame:
     rows = []
     for name in TABLES["basin_shares"].uses:
         arrays = data[name].arrays
-        for place, chosen in _points(arrays, "n_blocks", "belt_velocity"):
+        for place, runs in by_point(arrays, "n_blocks", "belt_velocity"):
             for start, energy in enumerate(arrays["start_energy"]):
-                state = arrays["state"][chosen, start].astype(str)
-                label = arrays["attractor"][chosen, start]
-                small = share_of(is_small(arrays["disorder_parameter"][chosen, start], state))
-                row = place | {"start_energy": energy, "runs": small.runs} | _numbers(small)
+                state = arrays["state"][runs, start].astype(str)
+                small = share_of(is_small(arrays["disorder_parameter"][runs, start], state))
+                row = place | {"start_energy": energy, "runs": small.runs}
+                row |= small.named("share", "low", "high")
                 row["sliding"] = float(np.mean(state == "equilibrium slip"))
                 row["irregular"] = float(np.mean(state == "irregular"))
-                rows.append(row | {"attractors": np.unique(label).size})
+                rows.append(row | {"attractors": np.unique(arrays["attractor"][runs, start]).size})
     return pd.DataFrame(rows)
 
 
@@ -88,9 +51,9 @@ def branch_ends(data) -> pd.DataFrame:
                 first, last = one[0], one[-1]
                 row = {"n_blocks": n_blocks, "attractor": label}
                 row["period_events"] = first["period_events"]
-                for side, end, r in (("lower", first, "r_lower"), ("upper", last, "r_upper")):
+                for side, end in (("lower", first), ("upper", last)):
                     row[side], row[f"{side}_end"] = end["belt_velocity"], str(end["end"])
-                    row[r] = end["disorder_parameter"]
+                    row[f"r_{side}"] = end["disorder_parameter"]
                 rows.append(row | {"starts": int(np.sum(labels == label))})
     return pd.DataFrame(rows)
 
@@ -100,25 +63,9 @@ def sweep_falls(data) -> pd.DataFrame:
     rows = []
     for name in TABLES["sweep_falls"].uses:
         arrays, hold = data[name].arrays, data[name].attributes["duration"]
-        for place, chosen in _points(arrays, "noise", "belt_velocity"):
+        for place, runs in by_point(arrays, "noise", "belt_velocity"):
             for number, way in enumerate(("up", "down")):
-                small = arrays["disorder_parameter"][chosen, number] < SMALL
-                estimate = share(int(small.sum()), small.size)
-                row = {"hold": hold, **place, "way": way, "runs": estimate.runs}
-                rows.append(row | _numbers(estimate))
+                small = share_of(arrays["disorder_parameter"][runs, number] < SMALL)
+                row = {"hold": hold, **place, "way": way, "runs": small.runs}
+                rows.append(row | small.named("share", "low", "high"))
     return pd.DataFrame(rows)
-
-
-def _points(arrays, *names):
-    """Values of some quantities that occur together, and which points have them."""
-    values = np.column_stack([arrays[name] for name in names])
-    for row in np.unique(values, axis=0):
-        place = {
-            name: value.astype(arrays[name].dtype).item()
-            for name, value in zip(names, row, strict=True)
-        }
-        yield place, np.all(values == row, axis=1)
-
-
-def _numbers(estimate: Estimate) -> dict[str, float]:
-    return dict(zip(("share", "low", "high"), estimate.numbers, strict=True))

@@ -98,29 +98,26 @@ def permanent_chaos(evidence):
 
 def _stays_irregular(evidence):
     runs = Settling.of(evidence, SETTLING[SCHEME])
-    inside = between(runs.belt_velocity, *evidence.claim.parameters["belt_velocity"])
-    outside = inside & ~_in_window(evidence, runs.settled, runs.returns)
-    return _permanent(partial(runs.irregular_for, LONG, outside), outside.sum(), inside.sum())
+    low, high = evidence.claim.parameters["belt_velocity"]
+    runs = runs.where(between(runs.arrays["belt_velocity"], low, high))
+    others, note = _outside(evidence, runs, runs.arrays["settled"], runs.arrays["period_returns"])
+    return Measurement({"permanent outside the windows": others.irregular_for(LONG)}, note=note)
 
 
 def _stays_chaotic(evidence):
     runs = motions(evidence, N_BLOCKS, *evidence.claim.parameters["belt_velocity"])
-    outside = ~_in_window(evidence, runs.names == PERIODIC, runs.returns)
-    others = runs.where(outside)
-    return _permanent(partial(others.share, CHAOTIC), outside.sum(), outside.size, others.words)
+    others, note = _outside(evidence, runs, runs.names == PERIODIC, runs.returns)
+    note += f"; of the others {others.words}"
+    return Measurement({"permanent outside the windows": others.share(CHAOTIC)}, note=note)
 
 
-def _in_window(evidence, periodic, returns):
+def _outside(evidence, runs, periodic, returns):
+    """The runs that do not end on an orbit of few returns, and how many do."""
     few = evidence.claim.parameters["window_returns"]
-    return periodic & (returns >= 1) & (returns <= few)
-
-
-def _permanent(share, outside, count, words=""):
-    require(outside, f"all of {count} runs for u <= 15 end in a window")
-    note = f"{count - outside} of {count} runs end in a window"
-    if words:
-        note += f"; of the others {words}"
-    return Measurement({"permanent outside the windows": share()}, note=note)
+    windows = periodic & (returns >= 1) & (returns <= few)
+    words = f"{windows.size} runs"
+    require(not windows.all(), f"all of {words} for u <= 15 end in a window")
+    return runs.where(~windows), f"{windows.sum()} of {words} end in a window"
 
 
 @claim("no-permanent-chaos")

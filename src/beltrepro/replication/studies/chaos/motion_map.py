@@ -9,24 +9,7 @@ from beltrepro.stats import motion, survival
 from beltrepro.stats.transitions import running_median
 
 FIGURE = Figure(
-    title="Where the motion without noise is periodic, and where it is irregular to the end.",
-    uses=("motion_map", "mean_lifetimes", "kicked", "steps"),
-    words=(
-        "Not in the paper. a: how runs from different starts move after a long time. Each cell is "
-        "one N and one belt velocity, filled by the shares of the runs. Ring: in longer runs no "
-        "irregular motion ended. Cross: in longer runs it ends, so it is a transient. b: the "
-        "largest exponent, a dot for each run. Lines are medians over the runs, "
-        "only to guide the eye: runs of one point may end differently. "
-        "c: the end of runs that are disturbed by small kicks, for kicks of several sizes. d: the "
-        "end of runs by the method verlet, for several time steps. Where cells of c and d are "
-        "light at the bottom and dark at the top, errors keep the motion irregular."
-    ),
-    alt=(
-        "Four panels: shares of periodic and irregular runs over belt velocity and N, the largest "
-        "exponent against belt velocity for each N, and shares over belt velocity and the size of "
-        "kicks, and over belt velocity and the time step."
-    ),
-    category="Further studies",
+    uses=("motion_map", "mean_lifetimes", "kicked", "steps"), category="Further studies"
 )
 
 # Colour, hatching and words of each way to move, from the bottom of a cell to its top. The hues are
@@ -50,38 +33,31 @@ _OUTLINED = 40  # more cells in a row have no outline
 @style.styled
 def draw(data):
     """Top: shares over (u, N), exponents; bottom: shares over (u, kick) and (u, time step)."""
-    if "motion_map" not in data:
-        panels.require(data, FIGURE)
+    panels.require(data, FIGURE)
     figure = style.page(6.4)
     places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]])
     sizes, exponents, kicks, steps = places.values()
     points = data["motion_map"].arrays
     _draw_cells(sizes, points, "n_blocks", "$N$")
-    _draw_verdicts(sizes, points, data.get("mean_lifetimes"))
+    _draw_verdicts(sizes, points, data["mean_lifetimes"])
     _draw_exponents(exponents, points)
-    _draw_dataset(kicks, data, "kicked", "kick", "size of kicks")
-    _draw_dataset(steps, data, "steps", "time_step", "time step $dt$")
-    for axes, name in zip((sizes, exponents, kicks, steps), "abcd", strict=True):
-        panels.letter(axes, name)
+    for axes, name, row, label in (
+        (kicks, "kicked", "kick", "size of kicks"),
+        (steps, "steps", "time_step", "time step $dt$"),
+    ):
+        arrays = data[name].arrays
+        _draw_cells(axes, arrays, row, label)
+        blocks, methods = np.unique(arrays["n_blocks"]), np.unique(arrays["method"])
+        words = f"$N = {', '.join(map(str, blocks))}$, {', '.join(methods)}"
+        axes.set_title(words, loc="right", color="0.35")
+    panels.letters(*places.values())
+    for axes in places.values():
         axes.set_xlabel(panels.BELT_VELOCITY)
     _draw_legend(figure, sizes)
     return figure
 
 
 # --- cells ----------------------------------------------------------------------------------------
-
-
-def _draw_dataset(axes, data, name, row, label):
-    """Cells of one of the datasets that may be missing."""
-    axes.set_ylabel(label)
-    if name not in data:
-        panels.note(axes, f"the dataset {name} is not there")
-        return
-    arrays = data[name].arrays
-    _draw_cells(axes, arrays, row, label)
-    blocks, methods = np.unique(arrays["n_blocks"]), np.unique(arrays["method"])
-    words = f"$N = {', '.join(map(str, blocks))}$, {', '.join(methods)}"
-    axes.set_title(words, loc="right", color="0.35")
 
 
 def _draw_cells(axes, arrays, row, label):
@@ -124,9 +100,6 @@ def _ways(arrays):
 
 def _draw_verdicts(axes, points, table):
     """Marks on cells: whether irregular motion ends, by those runs that were observed most."""
-    if table is None:
-        panels.note(axes, "the table mean_lifetimes is not there")
-        return
     velocities, sizes = (np.unique(points[name]) for name in ("belt_velocity", "n_blocks"))
     rows = table[np.isin(table["belt_velocity"], velocities) & np.isin(table["n_blocks"], sizes)]
     observed = (rows["counted"] * rows["horizon"]).sort_values(kind="stable")

@@ -16,7 +16,7 @@ import numpy as np
 from beltrepro.base.errors import require
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.stats import estimates
+from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC, TRANSIENT, above_zero
 
@@ -49,14 +49,14 @@ class Motions:
         """Share of the runs with a motion of this name."""
         return estimates.share_of((self.names == name) & ~self.open, self.open)
 
-    def where(self, chosen: np.ndarray) -> Motions:
-        """Some of the runs."""
-        return Motions(**{name: column[chosen] for name, column in vars(self).items()})
-
     def and_also(self, others: Motions) -> Motions:
         """These runs and others."""
         pairs = zip(vars(self).values(), vars(others).values(), strict=True)
         return Motions(*map(np.concatenate, pairs))
+
+    def where(self, chosen: np.ndarray) -> Motions:
+        """Some of the runs."""
+        return Motions(*sections.select(vars(self), chosen).values())
 
     @property
     def words(self) -> str:
@@ -69,11 +69,7 @@ class Motions:
 def motions(evidence: Evidence, n_blocks: int, low: float = 0.0, high: float = np.inf) -> Motions:
     """Runs of `motion_map` of so many blocks with low <= u <= high."""
     arrays, attributes = evidence.runs("motion_map", n_blocks=n_blocks)
-    names = arrays["state"].astype(str)
-    long = np.full(names.size, attributes["duration"] >= LONG)
-    runs = Motions(names, arrays["period_returns"], long).where(
-        between(arrays["belt_velocity"], low, high)
-    )
+    runs = _named(arrays["state"].astype(str), arrays, attributes, low, high)
     require(runs.names.size, f"no runs with N = {n_blocks}, {low:g} <= u <= {high:g}")
     return runs
 
@@ -93,9 +89,13 @@ def motions_with(
     exponent, error, time = (arrays[f"irregular_{name}"] for name in ("exponent", "error", "time"))
     irregular = np.where(above_zero(exponent, error, time), CHAOTIC, TRANSIENT)
     names = np.where(arrays["settled"].astype(bool), arrays["state"].astype(str), irregular)
+    return runs.and_also(_named(names, arrays, attributes, low, high))
+
+
+def _named(names: np.ndarray, arrays: dict, attributes: dict, low: float, high: float) -> Motions:
     long = np.full(names.size, attributes["duration"] >= LONG)
-    settling = Motions(names, arrays["period_returns"], long)
-    return runs.and_also(settling.where(between(arrays["belt_velocity"], low, high)))
+    inside = between(arrays["belt_velocity"], low, high)
+    return Motions(names, arrays["period_returns"], long).where(inside)
 
 
 def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -105,79 +105,65 @@ def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Settling:
-    """Runs from random starts, followed until they settled or were given up; columns (R,)."""
+    """Runs from random starts, followed until they settled or were given up."""
 
-    belt_velocity: np.ndarray
-    lifetime: np.ndarray
-    settled: np.ndarray
-    state: np.ndarray
-    returns: np.ndarray  # to the mean length in a period, 0 if the run did not settle
-    slips: np.ndarray  # of all blocks in a period
-    exponents: np.ndarray  # of the irregular motion; NaN where it was too short
+    arrays: dict[str, np.ndarray]  # of kind settling
     duration: float
 
     @classmethod
     def of(cls, evidence: Evidence, names: tuple[str, ...], **place: float) -> Settling:
         """Runs of five blocks from the first of the datasets that has some at this place."""
-        arrays, attributes = evidence.runs(
-            *names, n_blocks=N_BLOCKS, initial_spread=SPREAD, **place
-        )
-        return cls(
-            arrays["belt_velocity"],
-            arrays["lifetime"],
-            arrays["settled"].astype(bool),
-            arrays["state"].astype(str),
-            arrays["period_returns"],
-            arrays["period_events"],
-            arrays["irregular_exponent"],
-            float(attributes["duration"]),
-        )
+        place |= {"n_blocks": N_BLOCKS, "initial_spread": SPREAD}
+        arrays, attributes = evidence.runs(*names, **place)
+        arrays |= {"settled": arrays["settled"].astype(bool), "state": arrays["state"].astype(str)}
+        return cls(arrays, float(attributes["duration"]))
 
-    def irregular_for(self, time: float, chosen: np.ndarray | None = None) -> Estimate:
-        """Share of the runs, or of some, that are irregular for a time or longer."""
-        chosen = np.full(self.settled.shape, True) if chosen is None else chosen
-        lasting = self.lifetime >= time
-        return estimates.share_of(lasting[chosen], (~lasting & ~self.settled)[chosen])
+    def where(self, chosen: np.ndarray) -> Settling:
+        """Some of the runs."""
+        return Settling(sections.select(self.arrays, chosen), self.duration)
 
-    @property
-    def periodic(self) -> np.ndarray:
-        """Which runs end on a periodic orbit with slips and sticks (R,)."""
-        return self.settled & (self.state == PERIODIC) & (self.slips > 0)
+    def irregular_for(self, time: float) -> Estimate:
+        """Share of the runs that are irregular for a time or longer."""
+        lasting = self.arrays["lifetime"] >= time
+        return estimates.share_of(lasting, ~lasting & ~self.arrays["settled"])
 
     @property
     def ends_periodic(self) -> Estimate:
-        """Share of the runs that end so; those irregular for LONG do not."""
-        return estimates.share_of(self.periodic, ~self.settled & (self.lifetime < LONG))
+        """Share of the runs that end in periodic stick-slip; those irregular for LONG do not."""
+        settled = self.arrays["settled"]
+        sticks = (self.arrays["state"] == PERIODIC) & (self.arrays["period_events"] > 0)
+        unknown = ~settled & (self.arrays["lifetime"] < LONG)
+        return estimates.share_of(settled & sticks, unknown)
 
     @property
     def half_life(self) -> Estimate:
         """Time by which half of the runs have settled, or the whole time if fewer have."""
-        return estimates.sure(np.median(self.lifetime))
+        return estimates.sure(np.median(self.arrays["lifetime"]))
 
     @property
     def exponent(self) -> Estimate:
         """Mean largest exponent of the irregular motion; absent if all settled too soon for one."""
-        return self._mean_over_runs(self.exponents)
+        return self._mean_over_runs(self.arrays["irregular_exponent"])
 
     @property
     def e_foldings(self) -> Estimate:
         """Mean number of times by which a small deviation grows e-fold until a run settles."""
-        return self._mean_over_runs(self.exponents * self.lifetime)
+        return self._mean_over_runs(self.arrays["irregular_exponent"] * self.arrays["lifetime"])
 
     def _mean_over_runs(self, values: np.ndarray) -> Estimate:
         values = values[np.isfinite(values)]
         if values.size >= MINIMUM_EXPONENTS:
             return estimates.mean(values)
-        require(self.settled.all(), f"{self.words}: longer runs are needed for an exponent")
-        return estimates.absent(self.settled.size)
+        settled = self.arrays["settled"]
+        require(settled.all(), f"{self.words}: longer runs are needed for an exponent")
+        return estimates.absent(settled.size)
 
     @property
     def words(self) -> str:
         """How many runs settled, and after what time."""
-        return (
-            f"{self.settled.sum()} of {self.settled.size} runs settled within {self.duration:g}, "
-            f"half of all by {np.median(self.lifetime):.0f}"
-        )
+        settled, half = self.arrays["settled"], self.half_life.value
+        count = f"{settled.sum()} of {settled.size} runs settled within {self.duration:g}"
+        return f"{count}, half of all by {half:.0f}"
 
 
 def by_method(

@@ -4,31 +4,13 @@ import numpy as np
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.chaos.measure import POINT
 from beltrepro.stats import survival
 
 FIGURE = Figure(
-    title="Survival of irregular motion without noise, and its mean lifetime for each N.",
     uses=("survival", "survival_many", "survival_long", "mean_lifetimes"),
-    words=(
-        "Not in the paper. a: share of the runs that are still irregular, by Kaplan and Meier, "
-        "with 95 % bands from the first end on. Each N is shown at the belt velocity at which the "
-        "share left at the end is nearest to one half. Dotted curves start from larger "
-        "displacements. b: the same for many runs, on a logarithmic scale. Dashed lines in a and b "
-        "are exponentials with the mean lifetime. c: mean lifetimes against belt velocity, with "
-        "95 % intervals; the colours are those of a. d: the same at all belt velocities, against "
-        "N; the spread is that of the displacements at the start. Where no run ended, an arrow "
-        "begins at the lower limit. Open marks in c are longer runs. The grey line is the time up "
-        "to which ends are counted in the others."
-    ),
-    alt=(
-        "Four panels: the share of runs that are still irregular against time, for each number of "
-        "blocks and for many runs, and the mean lifetime of irregular motion against belt velocity "
-        "and against the number of blocks."
-    ),
     category="Further studies",
 )
-
-_POINT = ("n_blocks", "belt_velocity", "initial_spread")
 
 
 @style.styled
@@ -46,12 +28,12 @@ def draw(data):
     for axes in (by_velocity, by_size):
         axes.axhline(_horizon(data["survival"]), color="0.6", linewidth=0.8, zorder=0)
         axes.set(yscale="log", ylabel=r"mean lifetime $\tau$")
-    single.set(xlabel=panels.TIME, ylabel="share still irregular", ylim=(-0.03, 1.03))
-    many.set(xlabel=panels.TIME, ylabel="share still irregular")
+    for axes in (single, many):
+        axes.set(xlabel=panels.TIME, ylabel="share still irregular")
+    single.set_ylim(-0.03, 1.03)
     by_velocity.set(xlabel=panels.BELT_VELOCITY)
     by_size.set(xlabel="$N$")
-    for axes, name in zip((single, many, by_velocity, by_size), "abcd", strict=True):
-        panels.letter(axes, name)
+    panels.letters(single, many, by_velocity, by_size)
     handles, labels = by_velocity.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
@@ -69,7 +51,7 @@ def _horizon(runs):
 
 def _at(columns, *point):
     """Which runs, or rows, are at this N, u and initial spread."""
-    return np.all([columns[name] == value for name, value in zip(_POINT, point, strict=True)], 0)
+    return np.all([columns[name] == value for name, value in zip(POINT, point, strict=True)], 0)
 
 
 # --- survival -------------------------------------------------------------------------------------
@@ -100,7 +82,7 @@ def _draw_many(axes, runs, table):
     if not runs.arrays["lifetime"].size:
         panels.note(axes, "no runs in this dataset")
         return
-    points = np.unique(np.column_stack([runs.arrays[name] for name in _POINT]), axis=0)
+    points = np.unique(np.column_stack([runs.arrays[name] for name in POINT]), axis=0)
     for point, colour in zip(points, style.COLOURS, strict=False):
         label = f"$N = {point[0]:g}$, $u = {point[1]:g}$, {_at(runs.arrays, *point).sum()} runs"
         _draw_curve(axes, runs, table, point, colour, label)
@@ -169,23 +151,20 @@ def _draw_by_velocity(axes, table, colours):
         rows = usual[usual["n_blocks"] == size]
         joined = rows["lifetime"].where(np.isfinite(rows["lifetime"]))
         axes.plot(rows["belt_velocity"] + shift, joined, color=colour, linewidth=0.6)
-        _draw_means(axes, rows, shift, look | {"label": f"$N = {size}$"})
+        _draw_means(axes, rows, shift, markersize=3.5, label=f"$N = {size}$", **look)
         longer = _of(measured, "survival_long")
         longer = longer[longer["n_blocks"] == size]
-        open_marks = {"markerfacecolor": "white", "markersize": 6}
-        _draw_means(axes, longer, shift + step / 2, look | open_marks)
+        _draw_means(axes, longer, shift + step / 2, markersize=6, markerfacecolor="white", **look)
 
 
-def _draw_means(axes, rows, shift, look):
+def _draw_means(axes, rows, shift, *, color, **look):
     """Means with intervals; arrows up from lower limits."""
-    ended = np.isfinite(rows["lifetime"])
     place = rows["belt_velocity"] + shift
-    mean, lower, upper = (
-        rows[name][ended] for name in ("lifetime", "lifetime_lower", "lifetime_upper")
-    )
-    bars = {"linestyle": "none", "elinewidth": 0.9} | {"markersize": 3.5} | look
-    axes.errorbar(place[ended], mean, [mean - lower, upper - mean], **bars)
-    _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], look["color"])
+    ended = np.isfinite(rows["lifetime"])
+    mean = (rows[f"lifetime{end}"][ended] for end in ("", "_lower", "_upper"))
+    bars = {"color": color, "elinewidth": 0.9}
+    panels.intervals(axes, place[ended], *mean, linestyle="none", **bars | look)
+    panels.limits(axes, place[~ended], rows["lifetime_lower"][~ended], capsize=2.0, **bars)
 
 
 def _draw_by_size(axes, table):
@@ -203,14 +182,8 @@ def _draw_by_size(axes, table):
         look |= {"markerfacecolor": "none"} if index else {}
         label = f"spread {spread:g}"
         axes.plot(place[ended], rows["lifetime"][ended], "o", label=label, **look)
-        _draw_limits(axes, place[~ended], rows["lifetime_lower"][~ended], style.BLUE)
+        bars = {"color": style.BLUE, "elinewidth": 0.9, "capsize": 2.0}
+        panels.limits(axes, place[~ended], rows["lifetime_lower"][~ended], **bars)
     axes.set_xticks(sizes)
     axes.set_xlim(sizes[0] - 0.6, sizes[-1] + 0.6)
     axes.legend(loc="lower right", handletextpad=0.1)
-
-
-def _draw_limits(axes, place, lower, colour):
-    """Arrows up from lower limits."""
-    if len(place):
-        look = {"color": colour, "linestyle": "none", "elinewidth": 0.9, "capsize": 2.0}
-        axes.errorbar(place, lower, lower, lolims=True, **look)

@@ -15,7 +15,7 @@ def orbit_loss(evidence):
     lines = measure.loss_lines({"orbits_lost": measure.orbits_lost({})}).set_index("disturbance")
     return Measurement(
         {
-            f"{number}, {name}": _estimate(lines.loc[kind], number, int(lines.loc[kind, "orbits"]))
+            f"{number}, {name}": _estimate(lines.loc[kind], number, "orbits")
             for number in ("power", "share")
             for kind, name in _NAMES.items()
         }
@@ -28,12 +28,12 @@ def lifetime_growth(evidence):
     rates = measure.lifetime_rates({"lifetime_growth": measure.lifetime_growth({})})
     return Measurement(
         {
-            f"rate, u = {row['belt_velocity']:g}": _estimate(row, "rate", int(row["sizes"]))
+            f"rate, u = {row['belt_velocity']:g}": _estimate(row, "rate", "sizes")
             for _, row in rates.iterrows()
         }
     )
 
 
-def _estimate(row, name: str, runs: int) -> Estimate:
+def _estimate(row, name: str, counted: str) -> Estimate:
     """A number of a table with its interval."""
-    return Estimate(row[name], row[f"{name}_low"], row[f"{name}_high"], runs)
+    return Estimate(row[name], row[f"{name}_low"], row[f"{name}_high"], int(row[counted]))

@@ -11,97 +11,20 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.stats import estimates, fits, survival
 
 TABLES = {
-    "orbits_lost": Table(
-        title="Periodic orbits, and the disturbance of each slip beyond which they are lost.",
-        uses=(),
-        columns={
-            "starts": "random starts at this point",
-            "ended": "of them, those that end on this orbit by exact motion",
-            "scheme": "and by the paper's scheme with its time step of 0.001",
-            "slips": "of all blocks in a period",
-            "period_time": "length of a period (model time)",
-            "multiplier": "modulus of the largest multiplier besides the trivial one",
-            "margin": "smallest displacement at one start of a slip that loses the orbit",
-            "scatter": "distance from the orbit at returns, rms, over the size of small kicks",
-            "kick": "size of kicks that lose it within 10000 in half of the runs (model length)",
-            "kick_low": "largest size below which no run leaves",
-            "kick_high": "smallest size from which on all leave",
-            "step": "the same for u dt / sqrt(3) of the scheme; 0 if lost at all dt from 0.0001 on",
-            "step_low": "as kick_low",
-            "step_high": "as kick_high",
-            "noise": "the same for sigma; inf if kept up to 5",
-            "noise_low": "as kick_low",
-            "noise_high": "as kick_high",
-            "noise_as_kick": "kicks that move slips as much as sigma = 1 does, by the pull's rate",
-        },
-    ),
-    "loss_lines": Table(
-        title="Whether the size that loses an orbit is a share of its margin.",
-        uses=("orbits_lost",),
-        columns={
-            "disturbance": "kick, step, noise, or noise as the kicks that move slips as much",
-            "orbits": "orbits with a size of both kinds",
-            "power": "of the margin that the size grows with",
-            "power_low": "lower end of its 95 % interval",
-            "power_high": "upper end",
-            "share": "size over margin, geometric mean",
-            "share_low": "lower end of its 95 % interval",
-            "share_high": "upper end",
-            "spread": "factor by which one orbit differs from this share, one standard deviation",
-            "spread_by_slips": "likewise from the best power of the number of slips",
-            "spread_by_scatter": "likewise from the best power of the scatter",
-        },
-    ),
-    "lifetime_laws": Table(
-        title="Laws of lifetimes of irregular motion, compared by likelihood.",
-        uses=(),
-        columns={
-            "runs": "runs from different starts",
-            "ended": "of them, those whose motion settled",
-            "mean": "mean lifetime (model time)",
-            "shape": "of the Weibull distribution: above 1 if the rate of ends rises with time",
-            "shape_low": "lower end of its 95 % interval",
-            "shape_high": "upper end",
-            "best": "law with the least AIC",
-            "aic_exponential": "of Akaike above the best; 2 or less does not tell laws apart",
-            "aic_weibull": "likewise",
-            "aic_gamma": "likewise",
-            "aic_lognormal": "likewise",
-            "aic_inverse_gaussian": "likewise",
-        },
-    ),
-    "lifetime_growth": Table(
-        title="Mean lifetime and exponent of irregular motion for each N and u.",
-        uses=(),
-        columns={
-            "runs": "runs from different starts",
-            "start": "time from which lifetimes count (model time): five e-foldings",
-            "counted": "runs that are irregular then",
-            "ended": "of these, those that ended in the first half of the time they were followed",
-            "time": "time under observation (model time), all runs together",
-            "lifetime": "mean lifetime (model time); inf if none ended",
-            "lifetime_low": "lower end of its interval (chi-square, 95 %)",
-            "lifetime_high": "upper end; inf if none ended",
-            "exponent": "largest exponent of the irregular motion (1 / model time)",
-            "exponent_error": "its standard error, from the scatter of the runs",
-            "exponent_runs": "runs with an exponent",
-        },
-    ),
-    "lifetime_rates": Table(
-        title="By what factor a block more lengthens irregular motion, at each u.",
-        uses=("lifetime_growth",),
-        columns={
-            "sizes": "numbers of blocks of which some runs ended",
-            "rate": "c of a lifetime that grows as exp(c N)",
-            "rate_low": "lower end of its 95 % interval, widened by the scatter about the line",
-            "rate_high": "upper end",
-        },
-    ),
+    "orbits_lost": Table(uses=()),
+    "loss_lines": Table(uses=("orbits_lost",)),
+    "lifetime_laws": Table(uses=()),
+    "lifetime_growth": Table(uses=()),
+    "lifetime_rates": Table(uses=("lifetime_growth",)),
 }
 
 POINT = ["n_blocks", "belt_velocity"]
 FEWEST_FOR_A_LAW = 100
-_ENDS = ("", "_low", "_high")
+
+
+def _ends(name: str) -> list[str]:
+    """Columns of an estimate and of its interval."""
+    return [name, f"{name}_low", f"{name}_high"]
 
 
 def _published(name: str) -> pd.DataFrame:
@@ -115,9 +38,11 @@ def _published(name: str) -> pd.DataFrame:
 def orbits_lost(data) -> pd.DataFrame:
     """A row for each orbit."""
     rows = _published("orbits_lost")
-    for end in _ENDS:
-        rows[f"step{end}"] = equivalent_kick(rows["belt_velocity"], rows[f"time_step{end}"])
-    return rows[[*POINT, *TABLES["orbits_lost"].columns]]
+    for size, step in zip(_ends("step"), _ends("time_step"), strict=True):
+        rows[size] = equivalent_kick(rows["belt_velocity"], rows[step])
+    disturbed = [column for name in ("kick", "step", "noise") for column in _ends(name)]
+    measured = ["slips", "period_time", "multiplier", "margin", "scatter"]
+    return rows[[*POINT, "starts", "ended", "scheme", *measured, *disturbed, "noise_as_kick"]]
 
 
 def loss_lines(data) -> pd.DataFrame:
@@ -137,7 +62,7 @@ def _line(orbits: pd.DataFrame, size: pd.Series) -> dict:
     share = estimates.exponential(estimates.mean(np.log(size / orbits["margin"])))
     row = {"orbits": len(size), "power": law.exponent}
     row |= {"power_low": law.exponent - reach, "power_high": law.exponent + reach}
-    row |= {f"share{end}": number for end, number in zip(_ENDS, share.numbers, strict=True)}
+    row |= share.named(*_ends("share"))
     row["spread"] = np.exp(np.log(size / orbits["margin"]).std(ddof=1))
     for name in ("slips", "scatter"):
         other = fits.fit_log_log(orbits[name], size, low=0, high=np.inf)
@@ -159,8 +84,7 @@ def lifetime_laws(data) -> pd.DataFrame:
         shape = estimates.bootstrap(_shape, [np.column_stack([lifetime, ended])], resamples=400)
         row = dict(zip(POINT, point, strict=True)) | {"runs": len(runs), "ended": ended.sum()}
         row |= {"mean": survival.mean_lifetime(lifetime, ended).mean}
-        row |= {f"shape{end}": number for end, number in zip(_ENDS, shape.numbers, strict=True)}
-        row |= {"best": min(laws, key=lambda law: laws[law])}
+        row |= shape.named(*_ends("shape")) | {"best": min(laws, key=lambda law: laws[law])}
         rows.append(row | {f"aic_{law}": excess for law, excess in laws.items()})
     return pd.DataFrame(rows)
 
@@ -182,8 +106,8 @@ def lifetime_growth(data) -> pd.DataFrame:
         )
         row = dict(zip(POINT, point, strict=True)) | {"runs": len(runs), "start": start}
         row |= {"counted": lasting.runs, "ended": lasting.ended, "time": lasting.time}
-        row |= {"lifetime": lasting.mean}
-        row |= {"lifetime_low": lasting.lower, "lifetime_high": lasting.upper}
+        mean = lasting.mean, lasting.lower, lasting.upper
+        row |= dict(zip(_ends("lifetime"), mean, strict=True))
         row |= {"exponent": exponent.value, "exponent_error": exponent.error}
         rows.append(row | {"exponent_runs": exponent.runs})
     return pd.DataFrame(rows)
@@ -196,9 +120,8 @@ def lifetime_rates(data) -> pd.DataFrame:
         ending = points[points["ended"] > 0]
         if len(ending) < 3:
             continue
-        ends = ending[["lifetime", "lifetime_low", "lifetime_high"]]
-        logs = [estimates.Estimate(*np.log(row), runs=None) for row in ends.to_numpy()]
+        logs = [estimates.Estimate(*row) for row in np.log(ending[_ends("lifetime")]).to_numpy()]
         rate = estimates.slope(ending["n_blocks"].to_numpy(), logs)
         row = {"belt_velocity": velocity, "sizes": len(ending)}
-        rows.append(row | dict(zip(("rate", "rate_low", "rate_high"), rate.numbers, strict=True)))
+        rows.append(row | rate.named(*_ends("rate")))
     return pd.DataFrame(rows)

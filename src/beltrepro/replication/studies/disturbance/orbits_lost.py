@@ -6,26 +6,7 @@ from matplotlib.ticker import NullFormatter
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Disturbance of each slip beyond which a periodic orbit is lost.",
-    uses=("orbits_lost", "loss_lines"),
-    words=(
-        "Not in the paper. Each mark is a periodic orbit of 4 to 6 blocks. a: against its margin, "
-        "the smallest displacement of one block at one start of a slip that loses it. b: against "
-        "the number of slips in its period. The size is that at which half of the runs leave the "
-        "orbit within 10000 time units: for kicks, dots; for the time step of the scheme, as the "
-        "kicks that it is worth, squares; for noise, as the kicks that move slips as much, "
-        "triangles. Bars go from the largest size that no run leaves at to the smallest that all "
-        "leave at. The line in a is a fixed share of the margin, the geometric mean for kicks. "
-        "What to see: one line holds kicks and noise over five decades and time steps over three, "
-        "and the length of the orbit does not give it."
-    ),
-    alt=(
-        "Two panels: the size of a disturbance that loses an orbit, against the margin of the "
-        "orbit, where all lie along one line, and against its number of slips, where they scatter."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("orbits_lost", "loss_lines"), category="Further studies")
 
 _LOOKS = {  # marker, colour, and words of each disturbance
     "kick": ("o", style.BLUE, "kicks"),
@@ -46,8 +27,8 @@ def draw(data):
             _draw_sizes(axes, orbits, name, kind)
     margins = orbits["margin"][np.isfinite(orbits["margin"])]
     if margins.empty or "kick" not in lines.index:
-        panels.note(by_margin, "no orbits in this table")
-        panels.note(by_slips, "no orbits in this table")
+        for axes in (by_margin, by_slips):
+            panels.note(axes, "no orbits in this table")
     else:
         ends = np.array([margins.min() / 2, margins.max() * 2])
         by_margin.plot(ends, lines["share"]["kick"] * ends, color="0.5", linewidth=1, zorder=0)
@@ -55,25 +36,19 @@ def draw(data):
     by_margin.set(xlabel="margin", ylabel="disturbance")
     by_slips.set(xlabel="slips in a period")
     by_margin.legend(loc="lower right", handletextpad=0.1, borderaxespad=0.1)
-    for axes, name in ((by_margin, "a"), (by_slips, "b")):
-        panels.letter(axes, name)
+    panels.letters(by_margin, by_slips)
     return figure
 
 
 def _draw_sizes(axes, orbits, name, kind):
     marker, colour, words = _LOOKS[kind]
+    orbits = orbits[np.isfinite(orbits[kind]) & (orbits[kind] > 0)]
     worth = orbits["noise_as_kick"] if kind == "noise" else 1.0
     size, low, high = (worth * orbits[f"{kind}{end}"] for end in ("", "_low", "_high"))
-    shown = np.isfinite(size) & (size > 0)
-    bars = [(size - low)[shown], (high.where(np.isfinite(high), size) - size)[shown]]
-    look = {
-        "color": colour,
-        "markerfacecolor": "none",
-        "elinewidth": 0.4,
-        "markersize": 2.4,
-        "markeredgewidth": 0.6,
-    }
-    axes.errorbar(orbits[name][shown], size[shown], bars, fmt=marker, label=words, **look)
+    high = high.where(np.isfinite(high), size)
+    look = {"fmt": marker, "color": colour, "markerfacecolor": "none", "label": words}
+    look |= {"elinewidth": 0.4, "markersize": 2.4, "markeredgewidth": 0.6}
+    panels.intervals(axes, orbits[name], size, low, high, **look)
 
 
 def _scale(by_margin, by_slips):

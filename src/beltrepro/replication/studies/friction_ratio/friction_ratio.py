@@ -1,26 +1,10 @@
 """Not in the paper: the fall of r for several friction ratios."""
 
-import numpy as np
-
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.points import by_point
 
-FIGURE = Figure(
-    title="Disorder parameter r(u) for several friction ratios, and where it falls.",
-    uses=("friction_ratio", "friction_falls"),
-    words=(
-        "Not in the paper. a: r against belt velocity, medians over the replicates, for several "
-        "ratios f_s of kinetic to static friction; the paper has 0.45. b: the belt velocity at "
-        "which r falls, with its 95 % interval, against f_s; bars span the transition region, and "
-        "the line is the friction ratio of the paper. No fall is found at the ratios that b leaves "
-        "out."
-    ),
-    alt=(
-        "Two panels: marks of r against belt velocity, one for each friction ratio, and the belt "
-        "velocity of the fall against the friction ratio."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("friction_ratio", "friction_falls"), category="Further studies")
 
 
 @style.styled
@@ -30,15 +14,10 @@ def draw(data):
     scan, falls = data["friction_ratio"].arrays, data["friction_falls"]
     figure = style.page(4.0)
     left, right = figure.subplots(2, 1, height_ratios=(1.4, 1))
-    panels.letter(left, "a")
-    panels.letter(right, "b")
-    for index, ratio in enumerate(np.unique(scan["friction_ratio"])):
-        chosen = scan["friction_ratio"] == ratio
-        label = f"$f_s = {ratio:g}$"
-        velocity, disorder = (
-            scan[name][chosen] for name in ("belt_velocity", "disorder_parameter")
-        )
-        panels.single_runs(left, velocity, disorder, index, label=label)
+    panels.letters(left, right)
+    for index, (place, runs) in enumerate(by_point(scan, "friction_ratio")):
+        curve = (scan[name][runs] for name in ("belt_velocity", "disorder_parameter"))
+        panels.single_runs(left, *curve, index, label=f"$f_s = {place['friction_ratio']:g}$")
     panels.finish_curves(left, xlabel=panels.BELT_VELOCITY)
     _draw_falls(right, falls[falls["critical"].notna()])
     right.set(xlabel="$f_s$", ylabel="$u_c$")
@@ -51,8 +30,7 @@ def _draw_falls(axes, falls):
         return
     ratio = falls["friction_ratio"]
     axes.vlines(ratio, falls["lower"], falls["upper"], color="0.85", linewidth=4)
-    look = {"color": style.BLUE, "markersize": 3, "elinewidth": 0.8}
-    ends = falls["critical"] - falls["low"], falls["high"] - falls["critical"]
-    axes.errorbar(ratio, falls["critical"], ends, fmt="o", **look)
+    look = {"fmt": "o", "color": style.BLUE, "markersize": 3, "elinewidth": 0.8}
+    panels.intervals(axes, ratio, falls["critical"], falls["low"], falls["high"], **look)
     axes.axvline(0.45, color="0.7", linewidth=0.8, zorder=0)
     axes.set_xlim(0, 1)

@@ -44,16 +44,9 @@ def falls(springs: str, friction_ratio: float) -> Iterator[dict]:
     begins = [_begin(u, np.take_along_axis(fallen, row, 1).mean(axis=1)) for row in drawn]
     low, high = np.quantile(np.nan_to_num(begins, nan=np.inf), [0.025, 0.975], method="nearest")
     grid = u[1] - u[0]  # which leaves open where between two velocities it begins
-    yield {
-        "runs": deviation.size,
-        "plateau": plateau,
-        "begin": begin,
-        "begin_low": low - grid,
-        "begin_high": high,
-        "critical": critical.value,
-        "critical_low": critical.low,
-        "critical_high": critical.high,
-    }
+    row = {"runs": deviation.size, "plateau": plateau}
+    row |= {"begin": begin, "begin_low": low - grid, "begin_high": high}
+    yield row | critical.named("critical", "critical_low", "critical_high")
 
 
 def _begin(velocity: np.ndarray, share: np.ndarray) -> float:

@@ -5,23 +5,7 @@ import numpy as np
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Where r falls without noise, for two kinds of springs and all friction ratios.",
-    uses=("scaled_falls",),
-    words=(
-        "Not in the paper. Linear springs have one scaled velocity of the fall from f_s = 0.4 on; "
-        "springs that stiffen as in the paper have none. The scale is the force (1 - f_s) F_st "
-        "that drives a chain of linear springs. Filled: half of the runs from rest first have "
-        "less than half the fluctuation of slow belts. Open: the middle of the fall, where there "
-        "is one. Bars: 95 % intervals. Arrows: neither up to there. The grey line is the paper's "
-        "friction ratio."
-    ),
-    alt=(
-        "Marks of scaled belt velocity against the friction ratio: those of linear springs lie on "
-        "a level line from 0.4 on, those of stiffening springs rise; below 0.2 there are arrows."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("scaled_falls",), category="Further studies")
 
 _SPRINGS = {"linear": "linear springs", "exponential": "stiffening springs"}
 _ASIDE = 0.008  # by which marks of one friction ratio lie beside each other
@@ -57,8 +41,8 @@ def draw(data):
 def _draw_marks(axes, rows, name, aside, look):
     rows = rows[rows[name].notna()]
     value, low, high = (rows[f"{name}{end}"] for end in ("", "_low", "_high"))
-    bars = [value - low, np.minimum(high, _TOP) - value]
-    axes.errorbar(rows["friction_ratio"] + aside, value, bars, **look)
+    place = rows["friction_ratio"] + aside
+    panels.intervals(axes, place, value, low, np.minimum(high, _TOP), **look)
 
 
 def _draw_arrows(axes, rows, aside, look):

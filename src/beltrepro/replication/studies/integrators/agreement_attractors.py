@@ -1,30 +1,18 @@
 """Comparison of integrators: the attractors reached without noise."""
 
-import string
-
 import numpy as np
+import pandas as pd
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.integrators import measure
 
 FIGURE = Figure(
-    title="States reached without noise by the two integrators, from near and from distant states.",
-    uses=("pairs_states_verlet", "pairs_states_event", "agreement"),
-    words=(
-        "Each row has another spread of initial states. a and c: share of runs in which the last "
-        "block still sticks at the end. b and d: r over the end of each run, a dot a run, side by "
-        "side for the time steps of the tested integrator and, black, the reference. Where dots "
-        "line up level, all runs reach one attractor."
-    ),
-    alt=(
-        "Panels in rows of initial spread: share of runs that still stick against belt velocity, "
-        "and the distributions of final r for each time step and for the reference."
-    ),
-    category="Integrators compared",
+    uses=("pairs_states_verlet", "pairs_states_event", "agreement"), category="Integrators compared"
 )
 
 TICKS = 5  # most words at an axis of belt velocities
+_COLUMNS = ("belt_velocity", "initial_spread", "time_step", "final_disorder")
 _WIDTH = 0.8  # of the group of bars at one u
 
 
@@ -33,7 +21,7 @@ def draw(data):
     """One row for each initial spread. Left: share that still sticks; right: r at the end."""
     panels.require(data, FIGURE)
     tested, reference, table = (data[name] for name in FIGURE.uses)
-    sides = _sides(tested, reference)
+    sides = list(_sides(tested, reference))
     shares = table[table["quantity"] == measure.STILL_STICKING]
     spreads = np.unique(tested.arrays["initial_spread"])
     velocities = np.unique(tested.arrays["belt_velocity"])
@@ -41,16 +29,15 @@ def draw(data):
     rows = figure.subplots(max(spreads.size, 1), 2, sharex=True, squeeze=False)
     for (left, right), spread in zip(rows, spreads, strict=False):
         at_spread = shares[np.isclose(shares["initial_spread"], spread)]
-        for index, (role, step, colour, label, arrays) in enumerate(sides):
+        for index, (role, step, colour, label, runs) in enumerate(sides):
             offset = _WIDTH * ((index + 0.5) / len(sides) - 0.5)
             compared = at_spread[np.isclose(at_spread["time_step"], step)]
             place = np.searchsorted(velocities, compared["belt_velocity"] - 1e-9) + offset
             _shares(left, place, compared, role, color=colour, label=label)
-            near = arrays["initial_spread"] == spread
-            for place, velocity in enumerate(velocities):
-                chosen = near & (arrays["belt_velocity"] == velocity)
-                final = arrays["final_disorder"][chosen]
-                _runs(right, place + offset, final, colour, _WIDTH / len(sides))
+            near = runs[runs["initial_spread"] == spread]
+            for velocity, at_velocity in near.groupby("belt_velocity"):
+                place = np.searchsorted(velocities, velocity) + offset
+                _runs(right, place, at_velocity["final_disorder"], colour, _WIDTH / len(sides))
         left.set(ylabel="share still sticking", ylim=(-0.05, 1.05))
         right.set(ylabel="$r$ at the end")
         right.set_ylim(bottom=0)
@@ -60,8 +47,8 @@ def draw(data):
         words = [f"{velocity:g}" for velocity in velocities[::every]]
         panel.set_xticks(range(0, velocities.size, every), words)
         panel.set_xlabel(f"{panels.BELT_VELOCITY} (not to scale)")
-    for panel, name in zip(rows.flat, string.ascii_lowercase, strict=False):
-        panels.letter(panel, name)
+    panels.letters(*rows.flat)
+    for panel in rows.flat:
         if not panel.has_data():
             panels.note(panel, "no runs")
     handles, labels = rows[0][0].get_legend_handles_labels()
@@ -72,19 +59,14 @@ def draw(data):
 
 def _sides(tested, reference):
     """Role, step in the table, colour, label and runs of each tested step and of the reference."""
-    steps = np.unique(tested.arrays["time_step"])
-    sides = []
-    for step, colour in zip(steps, style.COLOURS, strict=False):
-        label = f"{tested.attributes['method']}, $dt = {step:g}$"
-        sides.append(("tested", step, colour, label, _with_step(tested.arrays, step)))
-    finest = _with_step(reference.arrays, reference.arrays["time_step"].min(initial=np.inf))
-    last = "reference", steps.min(initial=np.inf), style.BLACK, str(reference.attributes["method"])
-    return [*sides, (*last, finest)]
-
-
-def _with_step(arrays, step):
-    chosen = arrays["time_step"] == step
-    return {name: values[chosen] for name, values in arrays.items()}
+    runs, base = (
+        pd.DataFrame({name: side.arrays[name] for name in _COLUMNS}) for side in (tested, reference)
+    )
+    for (step, at_step), colour in zip(runs.groupby("time_step"), style.COLOURS, strict=False):
+        yield "tested", step, colour, f"{tested.attributes['method']}, $dt = {step:g}$", at_step
+    finest = base[base["time_step"] == base["time_step"].min()]
+    coarse = runs["time_step"].min()
+    yield "reference", coarse, style.BLACK, str(reference.attributes["method"]), finest
 
 
 def _shares(axes, place, rows, role, **look):

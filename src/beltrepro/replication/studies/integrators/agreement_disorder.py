@@ -7,21 +7,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.integrators import measure, samples
 
 FIGURE = Figure(
-    title=(
-        "Disorder parameter with noise by the two integrators, and the tests of their difference."
-    ),
-    uses=("pairs_r_verlet", "pairs_r_event", "agreement"),
-    words=(
-        "a: r against belt velocity, lines the reference, crosses with standard errors the tested"
-        " integrator. b: difference of the means in standard errors; beyond the dashed lines the "
-        "largest of so many differences would lie in 5 of 100 cases by chance. c: p-values in "
-        "order; on or above the diagonal if nothing differs."
-    ),
-    alt=(
-        "Three panels: r against belt velocity for several noises by both integrators, their "
-        "differences in standard errors, and p-values in order beside the diagonal."
-    ),
-    category="Integrators compared",
+    uses=("pairs_r_verlet", "pairs_r_event", "agreement"), category="Integrators compared"
 )
 
 
@@ -32,10 +18,8 @@ def draw(data):
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
     figure = style.page(3.8)
-    places = figure.subplot_mosaic([["a", "a"], ["b", "c"]])
-    for name, panel in places.items():
-        panels.letter(panel, name)
-    left, middle, right = places.values()
+    left, middle, right = figure.subplot_mosaic([["a", "a"], ["b", "c"]]).values()
+    panels.letters(left, middle, right)
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
         _curve(left, middle, curve, index, rf"$\sigma = {noise:g}$")

@@ -9,24 +9,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.integrators import divergence
 
 FIGURE = Figure(
-    title="Trajectories of the two integrators from the same initial states.",
-    uses=("pairs_paths_verlet", "pairs_paths_event", "convergence"),
-    words=(
-        "a: largest distance of any block between the two runs, median over the runs of a point; "
-        "the colour says N, the dashes u; "
-        "the dotted line marks where we call them parted. b: shift in time of the events that "
-        "both runs have. c: error after a number of events against the time step, beside a line "
-        "of first order. d: error of the integrator that has a tolerance, against its runs with "
-        "the tightest one, over the mean step that each tolerance allows, beside a line with the "
-        "order that full steps have; errors below the dotted line are rounding and are left out "
-        "of the fits."
-    ),
-    alt=(
-        "Four panels: separation of trajectories against time, shift of events against time, "
-        "error against time step on logarithmic axes beside a line of slope one, and error "
-        "against mean step beside a line with the order of long steps."
-    ),
-    category="Integrators compared",
+    uses=("pairs_paths_verlet", "pairs_paths_event", "convergence"), category="Integrators compared"
 )
 
 _AFTER_TIME_STEPS = (1, 5, 20)  # numbers of events
@@ -41,8 +24,7 @@ def draw(data):
     tested, reference = (data[name] for name in FIGURE.uses[:2])
     figure = style.page(6.4)
     axes = figure.subplots(4, 1)
-    for panel, name in zip(axes, "abcd", strict=True):
-        panels.letter(panel, name)
+    panels.letters(*axes)
     _paths(axes[0], axes[1], tested.arrays, reference.arrays)
     of_verlet, of_event = (
         _rows(data["convergence"], varied, side.attributes["method"])

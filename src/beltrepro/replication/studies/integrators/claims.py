@@ -54,12 +54,5 @@ def _differing(evidence, names, words, chosen):
 
 def _runs(table):
     """r of the runs, with their method and their point to the digits of a grid."""
-    return pd.DataFrame(
-        {
-            "method": table.points["method"].astype(str),
-            "n_blocks": table.points["n_blocks"],
-            "belt_velocity": np.round(table.belt_velocity, 6),
-            "noise": np.round(table.noise, 6),
-            "r": table.disorder,
-        }
-    )
+    place = {name: np.round(table.points[name], 6) for name in PLACE}
+    return pd.DataFrame(place | {"method": table.points["method"].astype(str), "r": table.disorder})

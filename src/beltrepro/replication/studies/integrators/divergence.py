@@ -7,8 +7,10 @@ structured array with point (the row), time, block and kind, in order of row and
 (R,), see `with_steps`. Model units.
 """
 
+import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from operator import itemgetter
 
 import numpy as np
 import numpy.typing as npt
@@ -129,32 +131,43 @@ def convergence_order(
 # --- rows of partings.csv and convergence.csv -----------------------------------------------------
 
 
-def compare_trajectories(runs: Runs, reference: Runs) -> tuple[list[dict], list[dict]]:
-    """Partings and errors of runs against the runs of the reference with the smallest step."""
-    smallest = reference["time_step"].min()
-    base = equal(reference["time_step"], smallest)
-    partings, errors = [], []
-    for time_step in np.unique(runs["time_step"]):
-        if runs is reference and equal(time_step, smallest):
-            continue
-        rows = equal(runs["time_step"], time_step)
-        for at_point, members in _by_point(runs, rows, reference, base):
-            point = {name: at_point[name] for name in (*PLACE, "time_step")}
-            partings.append(point | _summary(members))
-            errors += _errors({"varied": "time_step"} | at_point, members)
-    return partings, _with_orders(errors, rounding=ROUNDING)
+def partings(runs: Runs, reference: Runs) -> list[dict]:
+    """When runs part from those of the reference with the smallest step: a row a point and step."""
+    return [
+        {name: at_point[name] for name in (*PLACE, "time_step")} | _summary(members)
+        for at_point, members in _by_step(runs, reference)
+    ]
 
 
-def compare_tolerances(runs: Runs) -> list[dict]:
+def errors_by_step(runs: Runs, reference: Runs) -> list[dict]:
+    """Errors against the runs of the reference with the smallest step."""
+    errors = [
+        {"varied": "time_step"} | row
+        for at_point, members in _by_step(runs, reference)
+        for row in _errors(at_point, members)
+    ]
+    return _with_orders(errors, rounding=ROUNDING)
+
+
+def errors_by_tolerance(runs: Runs) -> list[dict]:
     """Errors of runs with several tolerances against those with the tightest."""
     allowed = runs["allowed_error"]
     tolerances = np.unique(allowed[np.isfinite(allowed)])
     errors = []
     for tolerance in tolerances[:0:-1]:
-        rows, reference_rows = (equal(allowed, value) for value in (tolerance, tolerances[0]))
-        for at_point, members in _by_point(runs, rows, runs, reference_rows):
-            errors += _errors({"varied": "tolerance"} | at_point, members)
+        rows, tightest = equal(allowed, tolerance), equal(allowed, tolerances[0])
+        for at_point, members in _by_point(runs, rows, runs, tightest):
+            errors += [{"varied": "tolerance"} | row for row in _errors(at_point, members)]
     return _with_orders(errors, rounding=ROUNDING_OF_LONG_STEPS)
+
+
+def _by_step(runs: Runs, reference: Runs) -> Iterator[tuple[dict, list[Pair]]]:
+    """Pairs of each time step and point; a run of the reference is not compared with itself."""
+    smallest = reference["time_step"].min()
+    for step in np.unique(runs["time_step"]):
+        if runs is not reference or not equal(step, smallest):
+            rows, base = equal(runs["time_step"], step), equal(reference["time_step"], smallest)
+            yield from _by_point(runs, rows, reference, base)
 
 
 def _by_point(
@@ -207,14 +220,13 @@ def _errors(at_step: dict, members: list[Pair]) -> list[dict]:
 
 
 def _with_orders(errors: list[dict], *, rounding: float) -> list[dict]:
-    groups: dict[tuple, list[dict]] = {}
-    for row in errors:
-        groups.setdefault(tuple(row[name] for name in (*PLACE, "after_events")), []).append(row)
+    point = itemgetter(*PLACE, "after_events")
     rows = []
-    for _, group in sorted(groups.items()):
-        steps, sizes = ([row[name] for row in group] for name in ("step", "error"))
+    for _, group in itertools.groupby(sorted(errors, key=point), point):
+        at_point = list(group)
+        steps, sizes = ([row[name] for row in at_point] for name in ("step", "error"))
         order, order_error = convergence_order(steps, sizes, rounding=rounding)
-        rows += [row | {"order": order, "order_error": order_error} for row in group]
+        rows += [row | {"order": order, "order_error": order_error} for row in at_point]
     return rows
 
 

@@ -10,19 +10,14 @@ from beltrepro.replication.studies.integrators import divergence
 from beltrepro.replication.studies.laws import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import Estimate, mean, sure
+from beltrepro.stats.estimates import Estimate, all_sure, mean, sure
 
 
 @claim("units")
 def unit_system(evidence):
     """Time, velocity and force units from the three base units."""
-    return Measurement(
-        {
-            "time_s": sure(units.TIME_S),
-            "velocity_m_s": sure(units.VELOCITY_M_S),
-            "force_N": sure(units.FORCE_N),
-        }
-    )
+    velocity, force = units.VELOCITY_M_S, units.FORCE_N
+    return _sure({"time_s": units.TIME_S, "velocity_m_s": velocity, "force_N": force})
 
 
 @claim("friction-constants")
@@ -31,11 +26,10 @@ def friction_constants(evidence):
     used, paper = evidence.settings["model"], evidence.claim.paper
     force = units.from_si(units.STATIC_FRICTION_N, "force")
     ratio = units.KINETIC_FRICTION_N / units.STATIC_FRICTION_N
-    measured = {"static_friction": sure(force), "friction_ratio": sure(ratio)}
     checks = {
         f"the runs used {name} = {value:g}": used[name] == value for name, value in paper.items()
     }
-    return Measurement(measured | {name: sure(passes) for name, passes in checks.items()})
+    return _sure({"static_friction": force, "friction_ratio": ratio} | checks)
 
 
 @claim("spring-law")
@@ -55,7 +49,7 @@ def spring_law(evidence):
         inner, join, outer = spring.spring_force(side * (limit + tiny * np.arange(-1, 2)), chain)
         checks[f"continuous, {name}"] = abs(outer - inner) < 3 * tiny
         checks[f"continuous slope, {name}"] = abs((outer - join) - (join - inner)) < 1e-6 * tiny
-    return Measurement({name: sure(bool(passed)) for name, passed in checks.items()})
+    return _sure(checks)
 
 
 @claim("friction-law")
@@ -84,18 +78,17 @@ def chain_length(evidence):
 def setup(evidence):
     """The springs of the scheme, read off the forces of the model."""
     chain = _chain(evidence, n_blocks=5)
-    rest = chain.rest_positions
-    couplings = np.array([_response(chain, rest, block) for block in range(chain.n_blocks)])
+    rest, shift = chain.rest_positions, 1e-3
+    shifted = [spring.external_force(rest + moved, chain) for moved in shift * np.eye(5)]
+    couplings = np.array(shifted) / shift
     neighbours = np.eye(5, k=1) + np.eye(5, k=-1) - 2 * np.eye(5)
     neighbours[-1, -1] = -1
     tied = np.allclose(np.diag(couplings), np.diag(neighbours), atol=1e-6)
-    return Measurement(
+    return _sure(
         {
-            "no force with undeformed springs": sure(
-                np.allclose(spring.external_force(rest, chain), 0)
-            ),
-            "first block tied to the fixed point, last one free": sure(tied),
-            "only neighbours act": sure(np.allclose(couplings, neighbours, atol=1e-6)),
+            "no force with undeformed springs": np.allclose(spring.external_force(rest, chain), 0),
+            "first block tied to the fixed point, last one free": tied,
+            "only neighbours act": np.allclose(couplings, neighbours, atol=1e-6),
         }
     )
 
@@ -138,8 +131,12 @@ def _collisions(evidence, method, *, contact=0.0):
 def scheme_order(evidence):
     """Order of the scheme in the time step: of its formula, and of runs."""
     return {
-        "the formula, in a step and per time": partial(_order_of_formula, in_one_step=True),
-        "the formula, in a run": partial(_order_of_formula, in_one_step=False),
+        "the formula, in a step and per time": lambda: _sure(
+            {"order": measure.order_of_formula(in_one_step=True)}
+        ),
+        "the formula, in a run": lambda: _sure(
+            {"order": measure.order_of_formula(in_one_step=False)}
+        ),
         "after 5 slips and sticks": partial(_order, evidence),
     }
 
@@ -158,10 +155,6 @@ def _order(evidence):
     return Measurement({"order": measure.order_of_runs(steps, errors)}, note=words)
 
 
-def _order_of_formula(*, in_one_step):
-    return Measurement({"order": sure(measure.order_of_formula(in_one_step=in_one_step))})
-
-
 def _chain(evidence, n_blocks=1):
     return ChainParameters(n_blocks=n_blocks, belt_velocity=1.0, **evidence.settings["model"])
 
@@ -171,7 +164,5 @@ def _slope(deformation, chain, step=1e-5):
     return (force[0] - force[1]) / (2 * step)
 
 
-def _response(chain, rest, block):
-    shift = np.zeros(chain.n_blocks)
-    shift[block] = 1e-3
-    return spring.external_force(rest + shift, chain) / 1e-3
+def _sure(values):
+    return Measurement(all_sure(values))

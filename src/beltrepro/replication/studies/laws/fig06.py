@@ -7,19 +7,7 @@ from beltrepro.model.spring import spring_force
 from beltrepro.replication.drawing import style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Spring force against deformation, with its exponential branches.",
-    uses=(),
-    words=(
-        "The spring force is linear up to a deformation of 20 and exponential beyond, steeply "
-        "when compressed, gently when stretched, drawn beside Hooke's straight line."
-    ),
-    alt=(
-        "Curve of spring force against deformation: straight in the middle, rising steeply on the"
-        " compressed side and gently on the stretched one, with the ideal line for comparison."
-    ),
-    number="6",
-)
+FIGURE = Figure(uses=(), number="6")
 
 RANGE = (-36.0, 100.0)
 

@@ -10,20 +10,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan import files
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Friction force against external force during one stick-slip event, with noise.",
-    uses=("friction_event",),
-    words=(
-        "One stick-slip event with noise: friction follows the external force while the block is "
-        "stuck, drops when it starts to slip, and then fluctuates about the kinetic value. b: the "
-        "slip alone, with the standard deviation that the noise should give it shaded."
-    ),
-    alt=(
-        "Two panels of friction force against external force during one event: a straight line "
-        "while stuck, a jump, and a noisy band while slipping, which is enlarged below it."
-    ),
-    number="7",
-)
+FIGURE = Figure(uses=("friction_event",), number="7")
 
 
 @dataclass(frozen=True)
@@ -43,16 +30,15 @@ def draw(data):
     series = data["friction_event"]
     figure = style.page(3.8)
     axes, enlarged = figure.subplots(2, 1, height_ratios=(1.9, 1))
-    for panel, mark in ((axes, "a"), (enlarged, "b")):
-        panels.letter(panel, mark)
+    panels.letters(axes, enlarged)
+    for panel in (axes, enlarged):
         panel.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
     chain = files.chain(series)
     event = _choose_event(series)
     if event is None:
-        _draw_samples(axes, series, chain)
-        panels.note(axes, "no complete stick-slip event in this series: all samples shown")
+        panels.note(axes, "no complete stick-slip event in this series")
         panels.note(enlarged, "no complete slip")
         return figure
     _draw_event(axes, enlarged, series, chain, event)
@@ -130,14 +116,6 @@ def _draw_level(axes, level, text):
     place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
     look = {"ha": "right", "va": "top", "color": "0.35"}
     axes.annotate(text, (0.88, level), xytext=(-4, -3), **place, **look)
-
-
-def _draw_samples(axes, series, chain):
-    """All samples of all blocks, thinned."""
-    every = max(series.arrays["time"].size // 5000, 1)
-    external = external_force(series.arrays["positions"][::every], chain)
-    friction = series.arrays["friction"][::every]
-    axes.plot(external.ravel(), friction.ravel(), ".", color=style.BLUE, markersize=2)
 
 
 def _sudden_change(axes, begin, end):
