@@ -13,8 +13,8 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.camera.camera import Framing, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
-from beltrepro.replication.camera.track_file import read_track
-from beltrepro.replication.camera.tracking import Track, track
+from beltrepro.replication.camera.track_file import Track
+from beltrepro.replication.camera.tracking import track
 from beltrepro.replication.camera.video import Frame, write_video
 from filming import FRAMES_PER_SECOND, swaying
 
@@ -74,8 +74,8 @@ def tracked(capsys, path, folder, *options):
     output = ["--output", folder / "a.csv", "--force"]
     status, out, err = run(capsys, "track", path, *output, "--json", *options)
     assert status == 0, err
-    (time_s, x_m, _), _ = read_track(folder / "a.csv")
-    return time_s, x_m, json.loads(out)
+    table = Track.load(folder / "a.csv")
+    return table.time_s, table.x_m, json.loads(out)
 
 
 # --- films that are measured right ----------------------------------------------------------------

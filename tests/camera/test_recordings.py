@@ -5,7 +5,7 @@ import pytest
 
 import recorded
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.camera.tracking import Track
+from beltrepro.replication.camera.track_file import Track
 from beltrepro.replication.camera.video import write_video
 from beltrepro.replication.plan import inputs
 from beltrepro.replication.studies.experiment.films import TABLES, recordings, tracking_error

@@ -6,7 +6,7 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S
-from beltrepro.replication.camera.tracking import Track
+from beltrepro.replication.camera.track_file import Track
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, YES
 from made_up import both, few_resamples, grades, measured  # noqa: F401
 

@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> None:
     from beltrepro.base.errors import NotEnoughDataError
     from beltrepro.replication.camera.recording import analyse
     from beltrepro.replication.camera.scene import lengths_of_blocks
-    from beltrepro.replication.camera.tracking import Track
+    from beltrepro.replication.camera.track_file import Track
 
     for check, name in ((not_negative, "transient"), (positive, "window"), (positive, "quiet")):
         check(name, getattr(options, name))

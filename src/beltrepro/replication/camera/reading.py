@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.base.errors import InputError
 from beltrepro.replication.camera import following
 from beltrepro.replication.camera.ruler import Ruler
 from beltrepro.replication.camera.survey import Survey
@@ -21,6 +22,7 @@ _NEAR = 1e-9  # metres: a block that stays there has no slope
 # The size of the block is measured where it moves less from frame to frame, pixels, in so many
 # frames at least, if it is so long.
 _STILL, _FEWEST, _SHORTEST = 1.0, 3, 15.0
+_SIZE = 0.0125  # share by which the block may look larger or smaller than it is
 _FINEST = 0.0075  # share of its size that uneven light, shadows and codecs change
 _SQUARE = 0.2  # share by which its sides must differ: edges change both alike
 
@@ -33,8 +35,6 @@ class Reading(NamedTuple):
     scale_error: float  # errors that all frames have in common: zero_error_m + scale_error x
     zero_error_m: float
     slope: float  # degrees between the way of the block and the lines that the survey saw
-    size: float  # of the block by the tape, over the one that was told; nan if it is not known
-    size_error: float
 
 
 def read(
@@ -44,7 +44,10 @@ def read(
     moved_error: np.ndarray,
     tape_height_error: float,
 ) -> Reading:
-    """Read the tape beside blocks in pictures that have moved by (T, 5), with errors (T, 5)."""
+    """Read the tape beside blocks in pictures that have moved by (T, 5), with errors (T, 5).
+
+    A tape beside which the block has another size than it was told is refused.
+    """
     ruler, half = survey.ruler, survey.ruler.half_width
     along = np.array([survey.along_belt(block) for block in blocks])
     across = np.array([survey.across_belt(block) for block in blocks])
@@ -64,6 +67,13 @@ def read(
     shaken = np.sqrt(following.along(moved_error**2, np.abs(place), half))
     common = _common(ruler, survey, place, to_tape * scale, lean_covariance)
     size, size_error = _size(survey, blocks, place, scale)
+    if abs(size - 1) > _SIZE + size_error:
+        sides = " x ".join(f"{100 * side * size:.2f}" for side in survey.sides_m)
+        raise InputError(
+            f"by the tape the white block has {sides} cm, so the tape lies higher or deeper than "
+            f"its top: lay it as high; or the block has another size: give it to a tenth of a "
+            f"millimetre, --block-length and --block-width in metres"
+        )
     # A tape that lies deeper or higher than the top of the block gives another scale, about the
     # point below the camera, which is taken to be in the middle of the picture.
     off, middle = size - 1, ruler.metres(np.zeros(1))[0]
@@ -79,8 +89,6 @@ def read(
         scale_error=float(np.hypot(common.scale, off)),
         zero_error_m=float(np.hypot(common.zero, off * middle)),
         slope=_slope(place, level, survey.along),
-        size=size,
-        size_error=size_error,
     )
 
 

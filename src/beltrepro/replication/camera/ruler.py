@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.base.errors import InputError
 from beltrepro.replication.camera.tape import WIDE_GAP, Tape
 
 # What cameras are like, where few marks tell little: tilts of some degrees, lenses that move the
@@ -39,7 +39,7 @@ class Ruler:
 
     @classmethod
     def of(cls, tape: Tape, width: int, spacing_m: float, first_m: float) -> Ruler:
-        """The ruler that follows the marks of a tape; NotEnoughDataError if none fits best."""
+        """The ruler that follows the marks of a tape; refuses one with a gap too wide to count."""
         half = width / 2
         places, gap = tape.places / half, np.diff(tape.numbers)
         beyond = np.arange(len(places)) > int(np.argmax(gap))
@@ -50,8 +50,9 @@ class Ruler:
         fits.sort(key=lambda fit: fit.error)
         fit = fits[0]
         if len(fits) > 1 and fits[1].error < _CLEAR * fit.error:
-            raise NotEnoughDataError(
-                f"{gap.max() - 1:.0f} marks of the tape are hidden side by side, too many to count"
+            raise InputError(
+                f"{gap.max() - 1:.0f} marks of the tape are hidden side by side, too many to "
+                f"count: uncover the tape"
             )
         information = _slopes(fit.values, places) / (fit.error * np.sqrt(_ALIKE))
         prior = np.diag([0.0, 0.0, _TILT**-2, _LENS**-2])

@@ -9,12 +9,10 @@ import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.model.units import to_si
-from beltrepro.replication.camera import white_block
 from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.survey import Survey
 from beltrepro.replication.camera.tracking import SPRING
-from beltrepro.replication.camera.white_block import has_size
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.studies.experiment import films, observations
 from beltrepro.replication.studies.experiment import recording_figure as drawing
@@ -49,14 +47,15 @@ class Picture:
     time_s: float  # when it was taken
     brightness: np.ndarray  # what it shows
     survey: Survey  # where things are in it
-    lane: float  # middle of the chain, pixels from that of the picture, across the belt
 
     def place(self, x_m, y_m=0.0):
         """Pixel of a point, metres along the belt from the support and across it from the chain."""
         survey, ruler = self.survey, self.survey.ruler
         along = ruler.places(np.array([(x_m - ruler.first_m) / ruler.spacing_m]))
-        across = self.lane + survey.towards * y_m / ruler.metres_per_pixel
-        return survey.in_picture(float(along[0]), across)
+        lane = survey.across_belt(survey.block)
+        return survey.in_picture(
+            float(along[0]), lane + survey.towards * y_m / ruler.metres_per_pixel
+        )
 
     @property
     def white(self):
@@ -71,20 +70,8 @@ class Picture:
 def first_pictures(film, count):
     """The first frames of a film, surveyed as the tracker does."""
     frames = list(itertools.islice(film(), max(count, _SURVEYED)))
-    surveyed = [frame.picture for frame in frames[:_SURVEYED]]
-    how = {"metres_per_pixel": None, "first_mark": None, "support": "auto", "name": "film"}
-    survey = Survey.of(surveyed, Scene(), **how)
-    lane = _lane(frames[0].picture, survey)
-    return [Picture(frame.time_s, frame.picture, survey, lane) for frame in frames[:count]]
-
-
-def _lane(picture, survey):
-    """Where the white block is across the belt."""
-    opening = int(SPRING * survey.across)
-    shape = survey.along / survey.across
-    regions = white_block.bright_rectangles(picture, survey.angle, shape, opening)
-    sizes = survey.along, survey.across
-    return survey.across_belt(next(region for region in regions if has_size(region, *sizes)))
+    survey = Survey.of([frame.picture for frame in frames[:_SURVEYED]], Scene())
+    return [Picture(*frame, survey) for frame in frames[:count]]
 
 
 def draw_recording(trace, spectra, data, film):
