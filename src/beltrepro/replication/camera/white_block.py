@@ -69,17 +69,13 @@ def bright_rectangles(
 
 def _rectangles(white: np.ndarray, angle: float, ratio: float) -> Iterator[Region]:
     """Connected regions (H, W) of bool that are rectangles across the belt, of this shape."""
-    _, label, table, middles = cv2.connectedComponentsWithStats(
-        white.view(np.uint8), connectivity=4
-    )
+    _, label, table, _ = cv2.connectedComponentsWithStats(white.view(np.uint8), connectivity=4)
     least = _SMALLEST**2 / min(ratio, 1 / ratio)
     for number, (left, top, width, height, area) in enumerate(table[1:].tolist(), 1):
         if area < least or area < 0.4 * width * height:
             continue
-        part = label[top : top + height, left : left + width] == number
-        outline, _ = cv2.findContours(
-            part.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
-        )
+        part = (label[top : top + height, left : left + width] == number).view(np.uint8)
+        outline, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
         _, sides, tilt = cv2.minAreaRect(outline[0])
         quarters = round((angle - tilt) / 90)
         # Pixels reach half a pixel beyond their middles.
@@ -89,8 +85,8 @@ def _rectangles(white: np.ndarray, angle: float, ratio: float) -> Iterator[Regio
             and area >= _FILLED * along * across
             and abs(np.log(along / across / ratio)) < np.log(1 + 1.5 * _SIDES)
         ):
-            x, y = middles[number].tolist()
-            yield Region(x, y, along, across)
+            sums = cv2.moments(part, binaryImage=True)
+            yield Region(left + sums["m10"] / area, top + sums["m01"] / area, along, across)
 
 
 def _apart(one: Region, other: Region) -> bool:
