@@ -28,9 +28,7 @@ def test_r_of_a_sine_is_its_amplitude_over_root_two_and_the_mean():
     assert recording.disorder_parameter == pytest.approx(0.1 / np.sqrt(2) / 0.9, rel=1e-3)
     assert recording.mean_length == pytest.approx(0.9, rel=1e-4)
     assert recording.observed_s == pytest.approx(100.0, rel=1e-3)
-    assert (recording.minimum_length, recording.maximum_length) == pytest.approx(
-        (0.8, 1.0), abs=1e-4
-    )
+    assert (recording.x_m.min(), recording.x_m.max()) == pytest.approx((0.8, 1.0), abs=1e-4)
 
 
 def test_means_are_over_time_and_not_over_frames():
@@ -75,7 +73,7 @@ def test_the_transient_is_left_out():
     time, position = bursts()
     recording = analyse(time + 7, np.where(time < 40, 3.0, position), transient_s=40.0)
     assert recording.time_s[0] == pytest.approx(47.0)
-    assert recording.maximum_length < 1.1
+    assert recording.x_m.max() < 1.1
 
 
 def test_spectra_of_the_parts_have_their_frequencies():
@@ -167,7 +165,7 @@ def test_the_length_of_blocks_lowers_r_as_much_as_it_raises_the_mean():
     assert of_springs.disorder_parameter == pytest.approx(
         along_tape.disorder_parameter * along_tape.mean_length / of_springs.mean_length
     )
-    assert of_springs.minimum_length == pytest.approx(x.min())
+    assert of_springs.x_m.min() == pytest.approx(x.min())
     with pytest.raises(NotEnoughDataError, match=r"less than the 0\.8 m of blocks"):
         analyse(time, x, blocks_m=0.8)
 

@@ -75,19 +75,9 @@ def track(
                 f"{len(frames)}: half of them are needed, and two at least{advice if side else ''}"
             )
         moved, moved_error = settled(*map(np.array, zip(*(f.motion for f in frames), strict=True)))
+        lost_s = _stretches(time[~seen], time[seen])
         moved, moved_error = moved[seen], moved_error[seen]
-        reading = read(survey, places, moved, moved_error, tape_height_error)
-    return Track(
-        time_s=time[seen],
-        x_m=reading.x_m,
-        error_m=reading.error_m,
-        metres_per_pixel=survey.ruler.metres_per_pixel,
-        angle=survey.angle + reading.slope,
-        lost_s=_stretches(time[~seen], time[seen]),
-        scale_error=reading.scale_error,
-        zero_error_m=reading.zero_error_m,
-        survey=survey,
-    )
+        return read(survey, time[seen], lost_s, places, moved, moved_error, tape_height_error)
 
 
 @contextmanager

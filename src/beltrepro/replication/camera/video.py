@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -48,10 +49,24 @@ def write_video(
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
+    stream, count = None, 0
     with replacing(path) as part:
         with av.open(str(part), "w") as container:
-            options = {"crf": str(compression), "preset": preset}
-            count = _encode(container, frames, frames_per_second, options)
+            for time_s, picture in frames:
+                frame = _to_be_written(picture)
+                if stream is None:
+                    rate = Fraction(frames_per_second).limit_denominator(1001)  # as containers do
+                    stream = container.add_stream("libx264", rate=rate)
+                    stream.height, stream.width = picture.shape[:2]
+                    stream.pix_fmt = _PIXELS
+                    stream.codec_context.time_base = _TICK
+                    stream.codec_context.color_range = frame.color_range
+                    stream.options = {"crf": str(compression), "preset": preset}
+                frame.pts, frame.time_base = round(time_s / _TICK), _TICK
+                container.mux(stream.encode(frame))
+                count += 1
+            if stream is not None:
+                container.mux(stream.encode())
         if not count:
             raise InputError(f"{path}: no frame to write")
     return count
@@ -70,30 +85,6 @@ def read_video(path: str | Path) -> Iterator[Frame]:
             yield from _decode(container, path)
     except av.FFmpegError:
         raise InputError(f"{path}: not a video that can be read") from None
-
-
-def _encode(
-    container: Any, frames: Iterable[Frame], frames_per_second: float, options: dict[str, str]
-) -> int:
-    """The number of frames."""
-    stream, count = None, 0
-    for time_s, picture in frames:
-        if stream is None:
-            rate = Fraction(frames_per_second).limit_denominator(1001)  # as containers hold it
-            stream = container.add_stream("libx264", rate=rate)
-            stream.height, stream.width = picture.shape[:2]
-            stream.pix_fmt = _PIXELS
-            stream.codec_context.time_base = _TICK
-            stream.options = options
-        frame = _to_be_written(picture)
-        if not count:
-            stream.codec_context.color_range = frame.color_range
-        frame.pts, frame.time_base = round(time_s / _TICK), _TICK
-        container.mux(stream.encode(frame))
-        count += 1
-    if stream is not None:
-        container.mux(stream.encode())
-    return count
 
 
 def _to_be_written(picture: np.ndarray) -> av.VideoFrame:
@@ -119,7 +110,14 @@ def _decode(container: Any, path: Path) -> Iterator[Frame]:
     stream.thread_type = "AUTO"
     rate = float(stream.average_rate or stream.guessed_rate or 0)
     first = last = shape = None
-    for index, frame in enumerate(_whole_frames(container, stream)):
+    frames = container.decode(stream)
+    for index in itertools.count():
+        try:
+            frame = next(frames, None)
+        except av.FFmpegError:
+            frame = None  # the file breaks off
+        if frame is None:
+            break
         _check_size(path, frame)
         time_s = frame.time if frame.time is not None else index / rate if rate else float(index)
         picture = np.rot90(_brightness(frame), round(frame.rotation / 90))
@@ -155,11 +153,3 @@ def _brightness(frame: av.VideoFrame) -> np.ndarray:
     plane: Any = frame.planes[0]
     rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)
     return rows[: frame.height, : frame.width]
-
-
-def _whole_frames(container: Any, stream: Any) -> Iterator[av.VideoFrame]:
-    """Frames until the end, or until the file breaks off."""
-    try:
-        yield from container.decode(stream)
-    except av.FFmpegError:
-        return
