@@ -77,19 +77,17 @@ def first_pictures(film, count):
 def draw_recording(trace, spectra, data, film):
     """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
     track = data[f"{film}_track"]
+    errors = {"scale_error": track.scale_error, "zero_error_m": track.zero_error_m}
     try:
-        errors = {"scale_error": track.scale_error, "zero_error_m": track.zero_error_m}
         recording = analyse(track.time_s, track.x_m, **errors)
     except NotEnoughDataError as reason:
         for axes in (trace, *spectra):
             panels.note(axes, str(reason))
         return
-    drawing.draw_trace(trace, recording)
+    disorder, small = drawing.draw_trace(trace, recording)
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
-    disorder, *others = trace.get_title().split("\n")
-    trace.set_title("")
     printed = _printed_disorder(data[film])
-    panels.remark(trace, "\n".join([speed(data[film]), disorder + printed, *others]))
+    panels.remark(trace, "\n".join([speed(data[film]), disorder + printed, small]))
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -112,9 +110,8 @@ def draw_recording(trace, spectra, data, film):
 
 def _printed_disorder(run):
     """Words for r of the recording at the belt speed of a run, if the paper prints one."""
-    velocity = run.attributes["belt_velocity"]
     for recorded in observations.EXPERIMENT:
-        if np.isclose(velocity, recorded.belt_velocity, rtol=observations.ALIKE, atol=0):
+        if observations.at_speed(recorded, run.attributes):
             return f" (paper, recorded: {recorded.disorder_parameter:g})"
     return ""
 
