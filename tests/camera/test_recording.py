@@ -88,21 +88,6 @@ def test_spectra_of_the_parts_have_their_frequencies():
     assert small.begin_s == pytest.approx(40, abs=1.3)
 
 
-@pytest.mark.parametrize("exponent", [-1.0, -2.0])
-def test_the_exponent_of_coloured_noise_is_found(exponent):
-    # 12 draws, error of each about 0.06: a mean off by 0.1 is five of its standard errors.
-    time, random = instants(400.0), np.random.default_rng(8)
-    frequency = np.fft.rfftfreq(time.size, 1 / RATE)[1:]
-    exponents = []
-    for _ in range(12):
-        waves = frequency ** (exponent / 2) * random.normal(size=(2, frequency.size))
-        noise = np.fft.irfft(np.concatenate([[0], waves[0] + 1j * waves[1]]), time.size)
-        law = analyse(time, 0.9 + 0.05 * noise / noise.std()).spectra["whole"].law
-        assert law.high == FIT_TO_HZ
-        exponents.append(law.exponent)
-    assert np.mean(exponents) == pytest.approx(exponent, abs=0.1)
-
-
 # --- errors ---------------------------------------------------------------------------------------
 
 
@@ -178,15 +163,23 @@ def test_what_lasts_longer_than_the_recording_has_no_error():
     assert np.isnan(analyse(time, np.ones(time.size)).disorder.low)
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("exponent", [-1.0, -2.0])
-def test_intervals_hold_the_exponent_of_coloured_noise(exponent):
-    random, held = np.random.default_rng(8), 0
-    for _ in range(100):
+@pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.thorough)])
+def test_the_exponent_of_coloured_noise_is_found_and_its_intervals_hold_it(exponent, count):
+    random = np.random.default_rng(8)
+    laws, intervals = [], []
+    for _ in range(count):
         time, noise = coloured(random, exponent, 60.0)
-        interval = analyse(time, 0.9 + 0.05 * noise).spectra["whole"].exponent
-        held += interval.low <= exponent <= interval.high
-    assert 87 <= held <= 99
+        spectrum = analyse(time, 0.9 + 0.05 * noise).spectra["whole"]
+        laws.append(spectrum.law)
+        intervals.append(spectrum.exponent)
+    assert all(law.high == FIT_TO_HZ for law in laws)
+    # the error of each is about 0.15, and 60 s flatten the steeper law by a little
+    mean = np.mean([law.exponent for law in laws])
+    assert mean == pytest.approx(exponent, abs=0.15)
+    held = sum(interval.low <= exponent <= interval.high for interval in intervals)
+    assert 0.87 * count - 1 <= held
+    assert held < count or count < 100
 
 
 def coloured(random, exponent, seconds):
