@@ -63,6 +63,8 @@ def test_the_film_with_the_largest_errors_counts(errors, failing):
     graded = grades("threshold", **films(**errors))
     assert graded[""] == (YES if failing is None else IN_PART)
     assert failing is None or graded[failing] == NO
+    errors_of_x = measured("threshold", **films(**errors)).judged
+    assert [error.runs for error in errors_of_x.values()] == [20] * 4
 
 
 def test_frames_in_which_the_block_is_lost_or_taken_for_another():

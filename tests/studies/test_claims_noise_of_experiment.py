@@ -94,6 +94,14 @@ def test_the_noise_of_the_experiment_is_not_testable_but_measured():
 
 
 def test_a_posterior_needs_trials_that_agree():
-    few = {"trials_free": experiments([1.0], runs=19)["trials_free"]}
+    reading = "friction ratio and belt speed free"
+    few = experiments([1.0], runs=19)
     with pytest.raises(NotEnoughDataError, match="19 trials agree with a recording, 20 are needed"):
-        measured("sigma-experiment", "friction ratio and belt speed free", **few)
+        measured("sigma-experiment", reading, **few)
+    # one recording with enough of them is not enough
+    uneven = experiments([1.0], runs=30)
+    arrays = uneven["trials_free"].arrays
+    agreeing = (arrays["lasting_longest"] > 0) & (arrays["belt_velocity"] > 13)
+    arrays["lasting_longest"][np.flatnonzero(agreeing)[19:]] = 0.0
+    with pytest.raises(NotEnoughDataError, match="19 trials agree with a recording"):
+        measured("sigma-experiment", reading, **uneven)

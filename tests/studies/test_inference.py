@@ -139,9 +139,13 @@ def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
 def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
     first = observations.EXPERIMENT[0].belt_velocity
     velocities = first * np.array([1.0, 14 / 11, (14 / 11) ** 2, 1.1])
-    simulated = observations.on_grid(grid(velocities))
+    simulated = observations.on_grid(grid(velocities, noises=(1.0, 2.0, 4.5)))
+    # shares are averaged over 0.35 and 0.035 of the logarithms, in steps of the grid
+    steps = {"noise": np.log(4.5) / 2, "speed_factor": np.log(14 / 11)}
+    expected = {"noise": 0.35 / steps["noise"], "speed_factor": 0.035 / steps["speed_factor"]}
+    assert simulated.smoothing == pytest.approx(expected)
     np.testing.assert_allclose(simulated.levels["speed_factor"], [1, 14 / 11])
-    assert simulated.summary.shape == (2, 2, 3, 2, 3) and simulated.runs == 3
+    assert simulated.summary.shape == (2, 3, 3, 2, 3) and simulated.runs == 3
     for recording, shift in ((0, 1.0), (1, 14 / 11)):
         u = first * shift * simulated.levels["speed_factor"]
         expected = 2.0 + 10 * 0.5 + 0.01 * u

@@ -225,13 +225,14 @@ def _marks(
     last = np.interp(profile.size - 1 - spacing, pixels, count)
     numbers = np.arange(np.ceil(count[0]), np.floor(last) + 1)
     even = np.interp(numbers, count, pixels)  # where the comb has them
-    seen = _seen(even, light, spacing, sign, middle=_centre(profile))
+    middle = float(scipy.ndimage.center_of_mass(profile**2)[0])
+    seen = _seen(even, light, spacing, sign, middle=middle)
     late, clear = _lateness(sign * profile, count, even, spacing)
     clear /= np.median(clear[seen]) if seen.any() else 1.0
     plain = seen & (clear > _SEEN)
     # Three marks in a row are a tape; what lies dark between two such parts of it, covers it.
     three = np.flatnonzero(plain[:-2] & plain[1:-1] & plain[2:])
-    inside = even[three[0] + 1] if three.size else _centre(profile)
+    inside = even[three[0] + 1] if three.size else middle
     end, end_seen = _beginning(light, shown, spacing, inside)
     # The end of a tape can be its zero: a mark there may lie a little before it.
     on_tape = even >= end - spacing / 4
@@ -311,9 +312,3 @@ def _beginning(
     rise = body[last + 1] - body[last]
     part = np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1)
     return float(last + part), True
-
-
-def _centre(profile: np.ndarray) -> float:
-    """Centre of gravity of what varies, pixels."""
-    weight = profile.astype(float) ** 2
-    return float(np.arange(weight.size) @ weight / weight.sum())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -39,7 +39,6 @@ def track(
     support: str = "auto",
     scene: Scene | None = None,
     tape_height_error: float = TAPE_HEIGHT_ERROR,
-    progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Track the white block in a video from above the belt.
 
@@ -58,11 +57,7 @@ def track(
     pictures = [frame.picture for frame in beginning]
     with _named(video):
         survey = Survey.of(pictures, scene or Scene(), metres_per_pixel, first_mark, support)
-    frames = []
-    for frame in _follow(read_video(video), survey):
-        frames.append(frame)
-        if progress:
-            progress(frame.time_s)
+    frames = list(_follow(read_video(video), survey))
     time = np.array([frame.time_s for frame in frames])
     places = [frame.place for frame in frames if frame.place]
     seen = np.array([frame.place is not None for frame in frames])
