@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -110,14 +110,7 @@ def _decode(container: Any, path: Path) -> Iterator[Frame]:
     stream.thread_type = "AUTO"
     rate = float(stream.average_rate or stream.guessed_rate or 0)
     first = last = shape = None
-    frames = container.decode(stream)
-    for index in itertools.count():
-        try:
-            frame = next(frames, None)
-        except av.FFmpegError:
-            frame = None  # the file breaks off
-        if frame is None:
-            break
+    for index, frame in enumerate(_whole_frames(container, stream)):
         _check_size(path, frame)
         time_s = frame.time if frame.time is not None else index / rate if rate else float(index)
         picture = np.rot90(_brightness(frame), round(frame.rotation / 90))
@@ -153,3 +146,9 @@ def _brightness(frame: av.VideoFrame) -> np.ndarray:
     plane: Any = frame.planes[0]
     rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)
     return rows[: frame.height, : frame.width]
+
+
+def _whole_frames(container: Any, stream: Any) -> Iterator[av.VideoFrame]:
+    """Frames until the end, or until the file breaks off."""
+    with suppress(av.FFmpegError):
+        yield from container.decode(stream)
