@@ -134,6 +134,7 @@ def test_table_has_a_row_for_each_film_with_its_errors():
     assert row["r_run"] == pytest.approx(float(FULL["belt_028"].arrays["disorder_parameter"]))
     assert row["r_sampled"] == pytest.approx(row["r_run"], rel=1e-4)
     assert row["scatter"] == pytest.approx(1e-4 / recorded.PIXEL, rel=0.02)
+    assert row["told"] == pytest.approx(1e-4 / recorded.PIXEL)
     assert row["small_tracked"] == pytest.approx(0.12, abs=0.003)
     stage = table.loc["stage_lens"]
     assert (stage["dataset"], stage["frames"]) == ("belt_028", 720)

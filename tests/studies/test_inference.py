@@ -10,7 +10,7 @@ from scipy import stats
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.studies.experiment import inference, measure, observations, runs
+from beltrepro.replication.studies.experiment import inference, measure, observations, runs, words
 from beltrepro.replication.studies.experiment.inference import Simulated, calibrate, posterior
 
 LEVELS = np.linspace(-2, 2, 9)
@@ -231,8 +231,43 @@ def test_the_odds_are_those_of_a_plain_loop():
             counts["agrees"] += shows and abs(np.log(r / 0.072)) <= 0.1
             counts["both"] += shows and r <= 0.072
         assert row["runs"] == chosen.size
+        r = arrays["disorder_parameter"][chosen] * 0.84 / (0.84 + 4.5 * 0.04)
+        ends = np.quantile(r, [0.025, 0.5, 0.975])
+        assert row[["r_lower", "r", "r_upper"]].tolist() == pytest.approx(ends)
         for name, count in counts.items():
             assert row[name] == pytest.approx(count / chosen.size), name
+
+
+def test_alternation_is_that_of_a_plain_loop():
+    """Cells of unequal size, in which mean, median and largest differ."""
+    rng, runs = np.random.default_rng(6), (3, 8, 5)
+    arrays = {
+        "noise": np.repeat([1.0, 2.0, 4.0], runs),
+        "friction_ratio": np.full(16, 0.45),
+        "belt_velocity": np.full(16, 12.0),
+        "disorder_parameter": rng.lognormal(size=16),
+        "lasting_share": rng.random(16),
+        "lasting_longest": rng.choice([100.0, 300.0], 16),
+        "lively_longest": rng.choice([100.0, 300.0], 16, p=[0.2, 0.8]),
+        "all_slip_longest": rng.uniform(10, 70, 16) / TIME_S,
+    }
+    table = measure.alternation({"trials_free": Dataset(arrays, {})})
+    for _, row in table.iterrows():
+        cell = {name: values[arrays["noise"] == row["noise"]] for name, values in arrays.items()}
+        slips = TIME_S * cell["all_slip_longest"]
+        shows = np.minimum(cell["lasting_longest"], cell["lively_longest"]) == 300
+        assert row["runs"] == shows.size and row["alternating"] == shows.sum()
+        assert row["share_lower"] < row["share"] == shows.mean() < row["share_upper"] or (
+            shows.mean() in (0, 1)
+        )
+        assert row["lasting_share"] == pytest.approx(cell["lasting_share"].mean())
+        assert row["all_slip_longest_s"] == pytest.approx(slips.max())
+        assert row["all_slip"] == np.sum(slips >= 60) and row["r"] == np.median(
+            cell["disorder_parameter"]
+        )
+    # half of the trials is enough for a belt velocity to be named
+    said = words._alternating(table.assign(share=[0.4, 0.5, 0.6]))
+    assert [line["u"] for line in said] == ["", "12", "12"]
 
 
 # --- viscous friction beside the dry one ----------------------------------------------------------
