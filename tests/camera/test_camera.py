@@ -25,15 +25,11 @@ def test_a_moving_edge_covers_what_the_mean_over_its_places_covers(begin, end):
     np.testing.assert_allclose(np.cumsum(changes), expected, atol=1e-8)
 
 
-def test_steps_beyond_the_picture_do_no_harm():
+def test_steps_and_bands_beyond_the_picture_do_no_harm():
     edges = np.array([[-30.0, 5.5, 40.0]])
     changes = virtual.step_changes(edges, edges, np.array([2.0, 1.0, 7.0]), 8)[0]
     np.testing.assert_allclose(np.cumsum(changes), [2, 2, 2, 2, 2, 2.5, 3, 3])
-
-
-def test_a_band_covers_its_length():
-    covered = virtual.band(1.25, 4.5, 7)
-    np.testing.assert_allclose(covered, [0, 0.75, 1, 1, 0.5, 0, 0])
+    np.testing.assert_allclose(virtual.band(1.25, 4.5, 7), [0, 0.75, 1, 1, 0.5, 0, 0])
     assert virtual.band(-3.0, 20.0, 7).sum() == 7
 
 

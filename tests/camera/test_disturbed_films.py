@@ -10,12 +10,21 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.camera.camera import Movement
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.tracking import track
-from optics import COMBINED, DISTURBANCES, Pose, Shot, chain_motion, film, pictures
+from optics import COMBINED, DISTURBANCES, NO_TAPE, Pose, Shot, chain_motion, film, pictures
 
 FILMS = DISTURBANCES | COMBINED
 HEIGHTS = (0.01, 0.005, -0.005, -0.01)  # metres of the tops of the blocks above the tape
 # A film of these must be measured; others may be refused.
-MEASURED = {"clean", "mirrored", "vignetted", "jpeg", "hands", "dropped", "cloth along 1"}
+MEASURED = {
+    "clean",
+    "mirrored",
+    "vignetted",
+    "jpeg",
+    "hands",
+    "dropped",
+    "cloth along 1",
+    "roll -6 lights",
+}
 # What cannot be measured, and what is said of it.
 REFUSED = {
     "tape 2 cm deeper": "by the tape the white block has",
@@ -51,7 +60,8 @@ def judge(path, time, truth, **how):
 
 def case(name):
     quick = name in ("clean", "along 1", "tape 2 cm deeper")
-    return pytest.param(name, marks=[] if quick else [pytest.mark.slow])
+    mark = pytest.mark.thorough if name == "roll -6 lights" else pytest.mark.slow
+    return pytest.param(name, marks=[] if quick else [mark])
 
 
 @pytest.mark.parametrize("name", [case(name) for name in FILMS])
@@ -69,6 +79,22 @@ def test_a_disturbed_film_is_measured_as_well_as_it_says_or_refused(tmp_path, na
 def test_the_error_holds_a_tape_that_lies_a_little_too_high_or_deep(tmp_path, height):
     path = tmp_path / "film.mp4"
     assert judge(path, *film(chain_motion(), path, Shot(block_height=height))) is None
+
+
+@pytest.mark.thorough
+def test_without_a_tape_scale_and_zero_are_those_that_are_given(tmp_path):
+    path = tmp_path / "film.mp4"
+    time, truth = film(chain_motion(), path, NO_TAPE)
+    with pytest.raises(InputError, match=r"no tape measure .*both the scale and the zero"):
+        track(path)
+    scale = NO_TAPE.metres_per_pixel
+    left = NO_TAPE.aim[0] - scale * (NO_TAPE.width - 1) / 2  # the middle of the first pixel
+    tracked = track(path, metres_per_pixel=scale, first_mark=left)
+    np.testing.assert_allclose(tracked.time_s, time, atol=1e-3)
+    np.testing.assert_allclose(tracked.x_m, truth, atol=0.3 * scale)
+    assert np.isnan(tracked.scale_error) and np.isnan(tracked.zero_error_m)
+    with pytest.raises(InputError, match="no tape measure found, so the zero is not known"):
+        track(path, metres_per_pixel=scale)
 
 
 # --- the films themselves -------------------------------------------------------------------------

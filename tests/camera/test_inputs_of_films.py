@@ -1,7 +1,6 @@
 """What people give to the commands: each input is measured right, or refused in one line."""
 
 import json
-import time
 from fractions import Fraction
 
 import av
@@ -13,8 +12,8 @@ from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.camera.camera import Framing, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
-from beltrepro.replication.camera.track_file import read_track
-from beltrepro.replication.camera.tracking import Track, track
+from beltrepro.replication.camera.track_file import Track
+from beltrepro.replication.camera.tracking import track
 from beltrepro.replication.camera.video import Frame, write_video
 from filming import FRAMES_PER_SECOND, swaying
 
@@ -24,17 +23,14 @@ SCALE = Framing.of(MOVEMENT, Scene(), CAMERA).metres_per_pixel
 LEFT = Framing.of(MOVEMENT, Scene(), CAMERA).left
 WHOLE = np.array([f.picture for f in pictures(MOVEMENT, camera=CAMERA)])
 TRUE = MOVEMENT.x_m[:, -1]
-SECONDS = 5.0  # in which a command must answer
 
 
 def run(capsys, *words):
     """Exit status, and what the command wrote to stdout and stderr."""
-    begin = time.process_time()
     try:
         status = cli.main([str(word) for word in words])
     except SystemExit as stop:  # argparse
         status = stop.code
-    assert time.process_time() - begin < SECONDS
     return (status, *capsys.readouterr())
 
 
@@ -74,31 +70,17 @@ def tracked(capsys, path, folder, *options):
     output = ["--output", folder / "a.csv", "--force"]
     status, out, err = run(capsys, "track", path, *output, "--json", *options)
     assert status == 0, err
-    (time_s, x_m, _), _ = read_track(folder / "a.csv")
-    return time_s, x_m, json.loads(out)
+    table = Track.load(folder / "a.csv")
+    return table.time_s, table.x_m, json.loads(out)
 
 
 # --- films that are measured right ----------------------------------------------------------------
 
 
-def shaded(frames):
-    """A lens that darkens the corners and shows a square as a trapezium, by a little."""
-    height, width = frames[0].shape
-    corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float32)
-    moved = corners + np.array([[0, 0.2], [0, -0.2], [0, 0.2], [0, -0.2]], np.float32)
-    tilt = cv2.getPerspectiveTransform(corners, moved)
-    across, along = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
-    dark = 1 - 0.15 * (along**2 + across**2)
-    return [
-        (cv2.warpPerspective(f, tilt, (width, height), borderMode=1) * dark).astype(np.uint8)
-        for f in frames
-    ]
-
-
-def painted(value, rows, columns, number=slice(None)):
-    """The film with a rectangle of one brightness, in some of its frames."""
+def painted(value, rows, columns):
+    """The film with a rectangle of one brightness."""
     frames = WHOLE.copy()
-    frames[number, rows, columns] = value
+    frames[:, rows, columns] = value
     return frames
 
 
@@ -109,9 +91,8 @@ RIGHT = {
     "upside down": lambda path: written(path, WHOLE[:, ::-1, ::-1]),
     "upside down and mirrored": lambda path: written(path, WHOLE[:, ::-1]),
     "odd sizes": lambda p: encoded(p.with_suffix(".mkv"), WHOLE[:, :87, :479], "ffv1", "gray"),
-    "hand": lambda p: written(p, painted(150, BLOCKS, slice(200, None), slice(20, 26))),
-    "tape partly hidden": lambda p: written(p, painted(40, slice(64, None), slice(200, 260))),
-    "vignetting and perspective": lambda path: written(path, shaded(WHOLE)),
+    "colours": lambda p: encoded(p, [np.dstack([f, f, 0.9 * f]).astype(np.uint8) for f in WHOLE],
+        "mpeg4", "yuv420p", layout="rgb24", qscale="2"),
     "gif": lambda path: encoded(path.with_suffix(".gif"), WHOLE, "gif", "gray"),
     "transparent": lambda p: encoded(p.with_suffix(".mov"),
         [np.dstack([f, f, f, f // 2]) for f in WHOLE], "png", "rgba", layout="rgba"),
@@ -256,8 +237,8 @@ def test_few_or_repeated_pictures_are_measured(tmp_path, capsys, rows):
     """Frames at one instant count once."""
     if rows is None:
         rows = list(range(len(WHOLE)))
-        numbers = [row for row in rows for _ in range(1 + (row % 7 == 0))]
-        path = packets(tmp_path / "film.mkv", WHOLE[numbers], numbers)
+        numbers = np.repeat(rows, [1 + (row % 7 == 0) for row in rows])
+        path = packets(tmp_path / "film.mkv", WHOLE[numbers], numbers.tolist())
     else:
         path = written(tmp_path / "film.mp4", WHOLE[rows])
     _, x_m, _ = tracked(capsys, path, tmp_path)
@@ -275,25 +256,17 @@ def test_few_or_repeated_pictures_are_measured(tmp_path, capsys, rows):
         (["--first-mark=-5.5"], "first_mark = -5.5: must be at least -5 and at most 5"),
         (["--block-length=0"], "block_length = 0: must be greater than 0"),
         (["--output=film.mp4"], "must end in .csv"),
+        (["--output=old.csv"], "--force overwrites it"),
         (["--support=up"], "left, right, auto"),
     ],
 )
 def test_options_of_track_that_are_refused(tmp_path, capsys, monkeypatch, options, words):
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "film.mp4", WHOLE[:12])
-    before = (tmp_path / "film.mp4").read_bytes()
+    (tmp_path / "old.csv").write_text("old\n")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     refused(run(capsys, "track", "film.mp4", "--output=a.csv", *options), "", words)
-    assert (tmp_path / "film.mp4").read_bytes() == before
-
-
-def test_a_table_that_exists_is_replaced_only_by_force(tmp_path, capsys):
-    (tmp_path / "a.csv").write_text("old\n")
-    path = written(tmp_path / "film.mp4", WHOLE[:12])
-    printed = run(capsys, "track", path, "--output", tmp_path / "a.csv")
-    refused(printed, tmp_path / "a.csv", "--force overwrites it")
-    assert (tmp_path / "a.csv").read_text() == "old\n"
-    _, x_m, _ = tracked(capsys, path, tmp_path)
-    assert len(x_m) == 12
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 # --- tables ---------------------------------------------------------------------------------------
@@ -319,7 +292,7 @@ def table(time_s=TIMES, x_m=PLACES, header="time_s,x_m"):
         (table(x_m=['"0,9"', *PLACES[1:]]), "x_m: '0,9' is not a number"),
         (table(x_m=["nan", *PLACES[1:]]), "x_m in row 1 is not a finite number"),
         (table([*TIMES[1:], "inf"]), "time_s in row 80 is not a finite number"),
-        (table([*TIMES[1:], 1e9]), "row 80 is 1e+09 s later than in the row before"),
+        (table([*TIMES[1:], 5e5]), "row 80 is 5e+05 s later than in the row before"),
         (table() + "9\n", "row 81 has 1 values, 2 are needed"),
         ("time_s,x_m,x_m\n0,1,2\n", "2 columns x_m"),
         ("time_s,x_m,error_m\n0,1,1\n1,1,-1\n", "error_m in row 2 is less than 0"),

@@ -5,10 +5,16 @@ import pytest
 
 import recorded
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.camera.tracking import Track
+from beltrepro.base.store import Dataset
+from beltrepro.replication.camera.track_file import Track
 from beltrepro.replication.camera.video import write_video
 from beltrepro.replication.plan import inputs
-from beltrepro.replication.studies.experiment.films import TABLES, recordings, tracking_error
+from beltrepro.replication.studies.experiment.films import (
+    TABLES,
+    longest_slip_of_all_s,
+    recordings,
+    tracking_error,
+)
 from beltrepro.replication.studies.experiment.lines import lines, spacing
 from beltrepro.stats.intermittency import slips_of_all
 
@@ -84,6 +90,16 @@ def test_all_slip_where_no_block_is_stuck():
     assert slips_of_all(time[:0], slipping[:0], events).shape == (0, 2)
 
 
+def test_the_longest_slip_of_all_blocks_is_told_in_seconds():
+    """In `belt_028` every block sticks each half second, but for 120 s."""
+    run = FULL["belt_028"]
+    assert longest_slip_of_all_s(run) == pytest.approx(120, abs=0.6)
+    stuck = run.arrays["velocities"].copy()
+    stuck[0, 2] = run.attributes["belt_velocity"]  # the middle one moves with the belt
+    arrays = run.arrays | {"velocities": stuck, "events": run.arrays["events"][:0]}
+    assert longest_slip_of_all_s(Dataset(arrays, run.attributes)) == 0.0
+
+
 # --- errors of a track ----------------------------------------------------------------------------
 
 
@@ -118,6 +134,7 @@ def test_table_has_a_row_for_each_film_with_its_errors():
     assert row["r_run"] == pytest.approx(float(FULL["belt_028"].arrays["disorder_parameter"]))
     assert row["r_sampled"] == pytest.approx(row["r_run"], rel=1e-4)
     assert row["scatter"] == pytest.approx(1e-4 / recorded.PIXEL, rel=0.02)
+    assert row["told"] == pytest.approx(1e-4 / recorded.PIXEL)
     assert row["small_tracked"] == pytest.approx(0.12, abs=0.003)
     stage = table.loc["stage_lens"]
     assert (stage["dataset"], stage["frames"]) == ("belt_028", 720)

@@ -7,7 +7,7 @@ import pytest
 
 from beltrepro.cli import app as cli
 from beltrepro.replication.camera.camera import film
-from beltrepro.replication.camera.tracking import Track
+from beltrepro.replication.camera.track_file import Track
 from filming import swaying
 
 HEADER = "time_s,x_m,error_m\n"

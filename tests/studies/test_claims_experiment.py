@@ -6,7 +6,7 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S
-from beltrepro.replication.camera.tracking import Track
+from beltrepro.replication.camera.track_file import Track
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, YES
 from made_up import both, few_resamples, grades, measured  # noqa: F401
 
@@ -63,6 +63,8 @@ def test_the_film_with_the_largest_errors_counts(errors, failing):
     graded = grades("threshold", **films(**errors))
     assert graded[""] == (YES if failing is None else IN_PART)
     assert failing is None or graded[failing] == NO
+    errors_of_x = measured("threshold", **films(**errors)).judged
+    assert [error.runs for error in errors_of_x.values()] == [20] * 4
 
 
 def test_frames_in_which_the_block_is_lost_or_taken_for_another():

@@ -5,7 +5,6 @@ import pytest
 
 from alternating import experiments
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.studies.experiment.measure import between
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, YES
 from made_up import both, few_resamples, measured, replicates  # noqa: F401
 
@@ -95,16 +94,14 @@ def test_the_noise_of_the_experiment_is_not_testable_but_measured():
 
 
 def test_a_posterior_needs_trials_that_agree():
-    few = {"trials_free": experiments([1.0], runs=19)["trials_free"]}
+    reading = "friction ratio and belt speed free"
+    few = experiments([1.0], runs=19)
     with pytest.raises(NotEnoughDataError, match="19 trials agree with a recording, 20 are needed"):
-        measured("sigma-experiment", "friction ratio and belt speed free", **few)
-
-
-def test_levels_stand_for_the_noises_around_them():
-    coarse, fine = np.array([0.5, 1.0, 2.0, 4.0]), np.geomspace(0.5, 4, 13)
-    for levels in (coarse, fine):
-        flat = np.full(levels.size, 1 / levels.size)
-        span = levels.size * np.log(levels[1] / levels[0])
-        assert between(levels, flat, (1.0, 2.0)) == pytest.approx(np.log(2) / span)
-    assert between(coarse, np.array([0, 1.0, 0, 0]), (1.0, 2.0)) == pytest.approx(0.5)
-    assert between(coarse, np.array([0, 1.0, 0, 0]), (0.7, 1.5)) == pytest.approx(1.0, abs=0.02)
+        measured("sigma-experiment", reading, **few)
+    # one recording with enough of them is not enough
+    uneven = experiments([1.0], runs=30)
+    arrays = uneven["trials_free"].arrays
+    agreeing = (arrays["lasting_longest"] > 0) & (arrays["belt_velocity"] > 13)
+    arrays["lasting_longest"][np.flatnonzero(agreeing)[19:]] = 0.0
+    with pytest.raises(NotEnoughDataError, match="19 trials agree with a recording"):
+        measured("sigma-experiment", reading, **uneven)

@@ -1,5 +1,7 @@
 """Approximate Bayesian computation on a grid: known posteriors, coverage, pairs of recordings."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,13 +10,8 @@ from scipy import stats
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.studies.experiment import inference, measure, observations, runs
-from beltrepro.replication.studies.experiment.inference import (
-    Recorded,
-    Simulated,
-    calibrate,
-    posterior,
-)
+from beltrepro.replication.studies.experiment import inference, measure, observations, runs, words
+from beltrepro.replication.studies.experiment.inference import Simulated, calibrate, posterior
 
 LEVELS = np.linspace(-2, 2, 9)
 
@@ -33,47 +30,50 @@ def gaussian(runs=4000, recordings=(1.0, 2.0), seed=3):
 
 
 def test_the_posterior_of_a_gaussian_mean_is_known():
-    recorded, tolerance = Recorded([0.6, -1.2], [True, True]), 0.2
+    recorded, tolerance = [0.6, -1.2], 0.2
     answer = posterior(gaussian(), recorded, tolerance)
-    likelihood = np.prod(
-        [
-            stats.norm.cdf(x + tolerance, LEVELS, s) - stats.norm.cdf(x - tolerance, LEVELS, s)
-            for x, s in ((0.6, 1.0), (-1.2, 2.0))
-        ],
-        axis=0,
-    )
+    ends = np.add.outer([-tolerance, tolerance], recorded)[..., np.newaxis]
+    within = np.diff(stats.norm.cdf(ends, LEVELS, [[1.0], [2.0]]), axis=0)[0]
+    likelihood = within.prod(axis=0)
     expected = likelihood / likelihood.sum()
     np.testing.assert_allclose(answer.marginal("mean"), expected, atol=0.025)
     np.testing.assert_allclose(answer.marginal("idle"), 1 / 3, atol=0.03)
     assert answer.evidence == pytest.approx(likelihood.mean(), rel=0.03)
+    assert answer.agreed == pytest.approx(4000 * 3 * within.sum(axis=1), rel=0.05)
     assert answer.probability.sum() == pytest.approx(1)
     np.testing.assert_allclose(answer.marginal("mean", "idle"), answer.probability)
     # the held-out probability of agreement is the mean likelihood under the posterior
     fresh = inference.held_out(gaussian(), recorded, tolerance)
     assert fresh == pytest.approx((expected * likelihood).sum(), rel=0.05)
+    mean = (answer.marginal("mean") * LEVELS).sum()
+    quantiles = inference.predicted(answer, gaussian().summary[0], (0.16, 0.5, 0.84))
+    assert quantiles[1] == pytest.approx(mean, abs=0.1) and quantiles[2] - quantiles[0] > 2.0
 
 
-def test_the_feature_must_show_as_recorded():
+def test_only_trials_that_show_the_feature_agree():
     simulated = gaussian(runs=200)
-    only_first = simulated.shown.copy()
-    only_first[1, 4:] = False
-    simulated = Simulated(simulated.levels, simulated.summary, only_first)
-    shown = posterior(simulated, Recorded([0.0, 0.0], [True, True]), 1.0)
-    hidden = posterior(simulated, Recorded([0.0, 0.0], [True, False]), 1.0)
-    assert shown.marginal("mean")[4:].sum() == 0 and hidden.marginal("mean")[:4].sum() == 0
-    with pytest.raises(NotEnoughDataError, match="none with all at one combination"):
-        posterior(simulated, Recorded([0.0, 0.0], [False, True]), 1.0)
+    simulated.shown[1, 4:] = False
+    assert posterior(simulated, [0.0, 0.0], 1.0).marginal("mean")[4:].sum() == 0
+    simulated.shown[1] = False
+    with pytest.raises(NotEnoughDataError, match=r"and 0 of .* none with all at one combination"):
+        posterior(simulated, [0.0, 0.0], 1.0)
+    with pytest.raises(NotEnoughDataError, match="no trials show"):
+        calibrate(simulated, 1.0)
 
 
-def test_trials_can_be_left_out():
+def test_trials_can_be_left_out_and_levels_fixed():
     simulated = gaussian(runs=50)
-    recorded = Recorded([0.0, 0.0], [True, True])
     half = np.zeros(simulated.shown.shape, dtype=bool)
     half[..., ::2] = True
-    left = posterior(simulated, recorded, 1.0, without=half)
-    chosen = posterior(simulated.part(slice(1, None, 2)), recorded, 1.0)
+    left = posterior(simulated, [0.0, 0.0], 1.0, without=half)
+    chosen = posterior(simulated.of(lambda trials: trials[..., 1::2]), [0.0, 0.0], 1.0)
     np.testing.assert_allclose(left.probability, chosen.probability)
     assert left.evidence == pytest.approx(chosen.evidence) and left.agreed == chosen.agreed
+    one = simulated.fixed("mean", 1.0)
+    assert one.levels["mean"].tolist() == [1.0] and one.shown.shape == (2, 1, 3, 50)
+    np.testing.assert_array_equal(one.summary[:, 0], simulated.summary[:, 6])
+    with pytest.raises(NotEnoughDataError, match=r"no trial with mean = 0\.3"):
+        simulated.fixed("mean", 0.3)
 
 
 def test_shares_are_averaged_over_neighbouring_levels():
@@ -82,9 +82,8 @@ def test_shares_are_averaged_over_neighbouring_levels():
     shape = (1, 9, 3, 4)
     summary = generator.choice([0.0, 5.0], size=shape)
     levels, shown = {"mean": LEVELS, "idle": np.arange(3.0)}, np.ones(shape, dtype=bool)
-    recorded = Recorded([0.0], [True])
-    rough = posterior(Simulated(levels, summary, shown), recorded, 1.0)
-    smooth = posterior(Simulated(levels, summary, shown, {"mean": 1.5}), recorded, 1.0)
+    rough = posterior(Simulated(levels, summary, shown), [0.0], 1.0)
+    smooth = posterior(Simulated(levels, summary, shown, {"mean": 1.5}), [0.0], 1.0)
     assert np.ptp(smooth.marginal("mean")) < 0.5 * np.ptp(rough.marginal("mean"))
     # the other parameter is not averaged over
     agreed = (summary == 0).sum(axis=-1)[0]
@@ -101,28 +100,21 @@ def test_credible_sets_hold_the_most_probable_levels():
 
 
 def test_credible_sets_cover_the_truth_as_often_as_they_say():
-    done = calibrate(gaussian(runs=150), 0.15, shown=[True, True], draws=600)
+    done = calibrate(gaussian(runs=150), 0.15, draws=600)
     for name in ("mean", "idle"):
         # levels are few, so that sets hold somewhat more than 90 %
         assert done.coverage[name].high > 0.9 and done.uniform_p[name] > 0.01
     assert done.experiments + done.unanswered == 600 and done.unanswered < 30
 
 
-def test_quantiles_under_the_posterior():
-    simulated = gaussian()
-    answer = posterior(simulated, Recorded([1.0, 1.0], [True, True]), 0.2)
-    mean = (answer.marginal("mean") * LEVELS).sum()
-    lower, median, upper = inference.predicted(answer, simulated.summary[0], (0.16, 0.5, 0.84))
-    assert median == pytest.approx(mean, abs=0.1) and upper - lower > 2.0
-
-
-def test_fixed_levels():
-    simulated = gaussian(runs=10)
-    one = simulated.fixed("mean", 1.0)
-    assert one.levels["mean"].tolist() == [1.0] and one.summary.shape == (2, 1, 3, 10)
-    np.testing.assert_array_equal(one.summary[:, 0], simulated.summary[:, 6])
-    with pytest.raises(NotEnoughDataError, match=r"no trial with mean = 0\.3"):
-        simulated.fixed("mean", 0.3)
+def test_a_level_stands_for_the_noises_half_way_around_it_in_ratio():
+    coarse = np.array([0.5, 1.0, 2.0, 4.0])
+    for levels in (coarse, np.geomspace(0.5, 4, 13), coarse[1:3]):
+        span = levels.size * np.log(levels[1] / levels[0])
+        assert measure.assigned_share(levels) == pytest.approx(np.log(2) / span)
+    share = measure.assigned_share(coarse, np.array([0.1, 0.2, 0.6, 0.1]))
+    assert share == pytest.approx(0.2 / 2 + 0.6 / 2)
+    assert measure.assigned_share(coarse[2:3]) == 1.0 and measure.assigned_share(coarse[3:]) == 0.0
 
 
 # --- trials of the experiment ---------------------------------------------------------------------
@@ -130,18 +122,15 @@ def test_fixed_levels():
 
 def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
     """Trials whose r tells their point and number, in shuffled order."""
-    rows = np.array(
-        [(s, f, u, k) for s in noises for f in ratios for u in velocities for k in range(runs)]
-    )
+    rows = list(itertools.product(noises, ratios, velocities, range(runs)))
     noise, ratio, velocity, number = np.random.default_rng(2).permutation(rows).T
+    r = np.exp(noise + 10 * ratio + 0.01 * velocity + 1e-4 * number)
     return {
         "noise": noise,
         "friction_ratio": ratio,
         "belt_velocity": velocity,
         "mean_length": np.full(noise.size, 600.0),
-        "disorder_parameter": of_model(
-            np.exp(noise + 10 * ratio + 0.01 * velocity + 1e-4 * number)
-        ),
+        "disorder_parameter": of_model(r),
         "lasting_longest": 100 * velocity,
         "lively_longest": np.full(noise.size, 2000.0),
     }
@@ -150,9 +139,13 @@ def grid(velocities, noises=(1.0, 2.0), ratios=(0.4, 0.45, 0.5), runs=3):
 def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
     first = observations.EXPERIMENT[0].belt_velocity
     velocities = first * np.array([1.0, 14 / 11, (14 / 11) ** 2, 1.1])
-    simulated = observations.on_grid(grid(velocities))
+    simulated = observations.on_grid(grid(velocities, noises=(1.0, 2.0, 4.5)))
+    # shares are averaged over 0.35 and 0.035 of the logarithms, in steps of the grid
+    steps = {"noise": np.log(4.5) / 2, "speed_factor": np.log(14 / 11)}
+    expected = {"noise": 0.35 / steps["noise"], "speed_factor": 0.035 / steps["speed_factor"]}
+    assert simulated.smoothing == pytest.approx(expected)
     np.testing.assert_allclose(simulated.levels["speed_factor"], [1, 14 / 11])
-    assert simulated.summary.shape == (2, 2, 3, 2, 3) and simulated.runs == 3
+    assert simulated.summary.shape == (2, 3, 3, 2, 3) and simulated.runs == 3
     for recording, shift in ((0, 1.0), (1, 14 / 11)):
         u = first * shift * simulated.levels["speed_factor"]
         expected = 2.0 + 10 * 0.5 + 0.01 * u
@@ -166,11 +159,10 @@ def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
 def test_what_is_no_grid_is_refused():
     arrays = grid(observations.EXPERIMENT[0].belt_velocity * np.array([1.0, 14 / 11]))
     short = {name: values[:-1] for name, values in arrays.items()}
-    with pytest.raises(NotEnoughDataError, match="no grid"):
-        observations.on_grid(short)
-    uneven = arrays | {"noise": np.where(np.arange(36) == 0, 3.0, arrays["noise"])}
-    with pytest.raises(NotEnoughDataError, match="grid"):
-        observations.on_grid(uneven)
+    elsewhere = arrays | {"noise": np.where(np.arange(36) == 0, 3.0, arrays["noise"])}
+    for wrong in (short, elsewhere, {name: values[:0] for name, values in arrays.items()}):
+        with pytest.raises(NotEnoughDataError, match="no full grid"):
+            observations.on_grid(wrong)
     with pytest.raises(NotEnoughDataError, match="ratio of those of the experiment"):
         observations.on_grid(grid([10.0, 11.0]))
 
@@ -239,8 +231,43 @@ def test_the_odds_are_those_of_a_plain_loop():
             counts["agrees"] += shows and abs(np.log(r / 0.072)) <= 0.1
             counts["both"] += shows and r <= 0.072
         assert row["runs"] == chosen.size
+        r = arrays["disorder_parameter"][chosen] * 0.84 / (0.84 + 4.5 * 0.04)
+        ends = np.quantile(r, [0.025, 0.5, 0.975])
+        assert row[["r_lower", "r", "r_upper"]].tolist() == pytest.approx(ends)
         for name, count in counts.items():
             assert row[name] == pytest.approx(count / chosen.size), name
+
+
+def test_alternation_is_that_of_a_plain_loop():
+    """Cells of unequal size, in which mean, median and largest differ."""
+    rng, runs = np.random.default_rng(6), (3, 8, 5)
+    arrays = {
+        "noise": np.repeat([1.0, 2.0, 4.0], runs),
+        "friction_ratio": np.full(16, 0.45),
+        "belt_velocity": np.full(16, 12.0),
+        "disorder_parameter": rng.lognormal(size=16),
+        "lasting_share": rng.random(16),
+        "lasting_longest": rng.choice([100.0, 300.0], 16),
+        "lively_longest": rng.choice([100.0, 300.0], 16, p=[0.2, 0.8]),
+        "all_slip_longest": rng.uniform(10, 70, 16) / TIME_S,
+    }
+    table = measure.alternation({"trials_free": Dataset(arrays, {})})
+    for _, row in table.iterrows():
+        cell = {name: values[arrays["noise"] == row["noise"]] for name, values in arrays.items()}
+        slips = TIME_S * cell["all_slip_longest"]
+        shows = np.minimum(cell["lasting_longest"], cell["lively_longest"]) == 300
+        assert row["runs"] == shows.size and row["alternating"] == shows.sum()
+        assert row["share_lower"] < row["share"] == shows.mean() < row["share_upper"] or (
+            shows.mean() in (0, 1)
+        )
+        assert row["lasting_share"] == pytest.approx(cell["lasting_share"].mean())
+        assert row["all_slip_longest_s"] == pytest.approx(slips.max())
+        assert row["all_slip"] == np.sum(slips >= 60) and row["r"] == np.median(
+            cell["disorder_parameter"]
+        )
+    # half of the trials is enough for a belt velocity to be named
+    said = words._alternating(table.assign(share=[0.4, 0.5, 0.6]))
+    assert [line["u"] for line in said] == ["", "12", "12"]
 
 
 # --- viscous friction beside the dry one ----------------------------------------------------------

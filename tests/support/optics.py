@@ -92,8 +92,16 @@ _TEN = ((-0.1, 0.05), (0.095, 0.1), 28.0)
 _SPARE = ((0.1, -0.04), (0.14, 0.04), 235.0)
 _PALE = Scene(white_block=190)  # as bright as the tape
 _DIM = Scene(white_block=150, tape=120)
+# A bright edge of the treadmill, and two reflections of lamps.
+_LIGHTS = (
+    ((-0.2, -0.125), (1.6, -0.105), 150.0),
+    ((0.3, 0.0), (0.32, 0.02), 255.0),
+    ((0.72, -0.07), (0.74, -0.05), 255.0),
+)
+NO_TAPE = Shot(things=(((-0.1, 0.05), (1.8, 0.1), 28.0),))
 _SMALL = Shot(width=320, height=60, metres_per_pixel=0.0039)
 COMBINED = {
+    "roll -6 lights": Shot(roll=-6.0, height=200, things=_LIGHTS),
     "along 4": Shot(along=4.0),
     "along -4": Shot(along=-4.0),
     "along 2 across 3 roll 2": Shot(along=2.0, across=3.0, roll=2.0),

@@ -12,7 +12,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
 from beltrepro.replication.camera.camera import Movement, pictures
 from beltrepro.replication.camera.scene import Camera
-from beltrepro.replication.camera.tracking import Track
+from beltrepro.replication.camera.track_file import Track
 
 RATE = 24.0
 EVENTS = [("time", "f8"), ("block", "i8"), ("kind", "U5")]

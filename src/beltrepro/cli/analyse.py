@@ -41,10 +41,8 @@ def run(options: argparse.Namespace) -> None:
     from beltrepro.base.errors import NotEnoughDataError
     from beltrepro.replication.camera.recording import analyse
     from beltrepro.replication.camera.scene import lengths_of_blocks
-    from beltrepro.replication.camera.tracking import Track
+    from beltrepro.replication.camera.track_file import Track
 
-    for check, name in ((not_negative, "transient"), (positive, "window"), (positive, "quiet")):
-        check(name, getattr(options, name))
     not_negative("block_length", options.block_length)
     positive("n_blocks", options.n_blocks)
     track = Track.load(options.recording)
@@ -75,8 +73,8 @@ def run(options: argparse.Namespace) -> None:
         **_with_ends("disorder_parameter", recording.disorder),
         **_with_ends("mean_length", recording.length),
         "independent_stretches": recording.disorder.runs,
-        "minimum_length": recording.minimum_length,
-        "maximum_length": recording.maximum_length,
+        "minimum_length": float(recording.x_m.min()),
+        "maximum_length": float(recording.x_m.max()),
         "mean_length_model": float(from_si(recording.mean_length, "length")),
         "small_amplitude_share": recording.small_share,
         "lasting_small_amplitude_share": recording.lasting_share,

@@ -59,9 +59,8 @@ def film(
     """
     camera = camera or Camera()
     frames = pictures(motion, scene=scene, camera=camera, progress=progress)
-    return write_video(
-        path, frames, frames_per_second=camera.frames_per_second, compression=camera.compression
-    )
+    rate, compression = camera.frames_per_second, camera.compression
+    return write_video(path, frames, frames_per_second=rate, compression=compression)
 
 
 def pictures(
@@ -159,25 +158,19 @@ class _Drawing:
         right[..., :-1] = np.minimum(right[..., :-1], left[..., 1:])
         bright = np.full(begin.shape[1], self._scene.block - self._scene.belt)
         bright[-1] = self._scene.white_block - self._scene.belt
-        blocks = step_changes(*_steps(left, right, bright), self._view.width)
-        changes = np.stack([blocks, self._spring_changes(left, right)], axis=1)
+        blocks = _changes(left, right, bright, self._view.width)
+        # The springs, as so many turns each, from the support to the last block.
+        number = np.arange(self._scene.coils)
+        support = np.full_like(left[..., :1], self._view.left)
+        begin = np.concatenate([support, right[..., :-1]], axis=-1)[..., np.newaxis]
+        turn = (left[..., np.newaxis] - begin) / self._scene.coils
+        shape = (*left.shape[:2], -1)
+        first, last = ((begin + (number + part) * turn).reshape(shape) for part in (0.3, 0.7))
+        turns = np.full(left.shape[-1] * number.size, self._scene.spring - self._scene.belt)
+        springs = _changes(first, last, turns, self._view.width)
+        changes = np.stack([blocks, springs], axis=1)
         rows = changes.cumsum(axis=-1).reshape(-1, self._view.width)
         return self._blurred(rows, (1, 0)).reshape(changes.shape)
-
-    def _spring_changes(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """Changes (T, W) of the brightness along the springs, from support to last block."""
-        support = np.full_like(left[..., :1], self._view.left)
-        begin = np.concatenate([support, right[..., :-1]], axis=-1)
-        turn = (left - begin) / self._scene.coils
-        number = np.arange(self._scene.coils)
-        first, last = (
-            (begin[..., np.newaxis] + (number + part) * turn[..., np.newaxis]).reshape(
-                *turn.shape[:2], -1
-            )
-            for part in (0.3, 0.7)
-        )
-        bright = np.full(first.shape[-1], self._scene.spring - self._scene.belt)
-        return step_changes(*_steps(first, last, bright), self._view.width)
 
     def _blurred(self, light: np.ndarray, ways: tuple[int, int]) -> np.ndarray:
         """An array, blurred along its rows (1, 0), its columns (0, 1) or both."""
@@ -188,35 +181,33 @@ class _Drawing:
         return cv2.GaussianBlur(light, size, self._blur, borderType=cv2.BORDER_REPLICATE)
 
 
-def _steps(
-    left: np.ndarray, right: np.ndarray, bright: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Begin, end and heights of the edges of things from `left` to `right`, (2, T, M) each."""
+def _changes(left: np.ndarray, right: np.ndarray, bright: np.ndarray, count: int) -> np.ndarray:
+    """Changes from pixel to pixel of the brightness of things from `left` to `right`, (2, T, M)."""
     edges = np.concatenate([left, right], axis=-1)
-    return edges[0], edges[1], np.concatenate([bright, -bright])
+    return step_changes(edges[0], edges[1], np.concatenate([bright, -bright]), count)
 
 
 def _still_picture(scene: Scene, view: Framing) -> np.ndarray:
     """Belt, support and tape measure: brightness (H, W)."""
     picture = np.full((view.height, view.width), float(scene.belt))
-    lane = band(view.across(0), view.across(scene.block_width), view.height)
+
+    def across(begin: float, width: float) -> np.ndarray:
+        return band(view.across(begin), view.across(begin + width), view.height)
+
     support = band(0, view.left, view.width)
-    picture += (scene.support - scene.belt) * np.outer(lane, support)
+    picture += (scene.support - scene.belt) * np.outer(across(0, scene.block_width), support)
 
     edge = scene.block_width + scene.tape_gap
-    tape = band(view.across(edge), view.across(edge + scene.tape_width), view.height)
     # The tape begins a little before its zero mark, and goes on beyond the picture.
-    beginning = view.along(-0.3 * scene.mark_spacing)
-    picture += (scene.tape - scene.belt) * np.outer(tape, band(beginning, view.width, view.width))
+    tape = band(view.along(-0.3 * scene.mark_spacing), view.width, view.width)
+    picture += (scene.tape - scene.belt) * np.outer(across(edge, scene.tape_width), tape)
 
+    short, long = across(edge, scene.mark_length), across(edge, scene.long_mark_length)
     count = int((view.width - view.left) * view.metres_per_pixel / scene.mark_spacing)
-    short = band(view.across(edge), view.across(edge + scene.mark_length), view.height)
-    long = band(view.across(edge), view.across(edge + scene.long_mark_length), view.height)
     for number in range(count):
-        middle = number * scene.mark_spacing
-        ends = middle - scene.mark_width / 2, middle + scene.mark_width / 2
-        columns = band(view.along(ends[0]), view.along(ends[1]), view.width)
-        rows = long if number % 10 == 0 else short
+        middle, half = number * scene.mark_spacing, scene.mark_width / 2
+        columns = band(view.along(middle - half), view.along(middle + half), view.width)
+        rows = short if number % 10 else long
         picture += (scene.mark - scene.tape) * np.outer(rows, columns)
     return picture
 

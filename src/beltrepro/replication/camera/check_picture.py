@@ -16,91 +16,57 @@ from beltrepro.replication.camera.survey import Survey
 
 SUFFIX = ".check.png"
 _WIDEST = 1600  # pixels up to which a frame is enlarged
-_MARK, _ZERO, _BLOCK = (60, 170, 0), (40, 40, 230), (220, 120, 0)  # blue, green, red
+_MARK, _ZERO, _BLOCK = (60, 170, 0), (40, 40, 230), (220, 120, 0)  # green, red, blue
 _PANEL = 120  # rows of the residuals, of marks up to a quarter of their distance away
 _REACH = 0.25
 
 
 def write(survey: Survey, path: Path) -> None:
     """Write the picture of a survey as PNG."""
-    frame = survey.frame
-    enlarged = max(1, _WIDEST // frame.shape[1])
-    page = cv2.cvtColor(
-        cv2.resize(frame, None, fx=enlarged, fy=enlarged, interpolation=cv2.INTER_NEAREST),
-        cv2.COLOR_GRAY2BGR,
-    )
-    sheet = _Sheet(survey, page, enlarged)
-    sheet.marks()
-    sheet.line(survey.zero, 2.0, _ZERO, "0")
-    sheet.block()
-    rows = np.vstack([page, _residuals(survey, page.shape[1], enlarged)])
-    content = cv2.imencode(".png", rows)[1].tobytes()
-    with replacing(path) as part:
-        part.write_bytes(content)
+    height, width = survey.frame.shape
+    enlarged = max(1, _WIDEST // width)
+    size = enlarged * width, enlarged * height
+    frame = cv2.resize(survey.frame, size, interpolation=cv2.INTER_NEAREST)
+    page = np.vstack([frame, np.full((_PANEL, size[0]), 255, np.uint8)])
+    page = cv2.cvtColor(page, cv2.COLOR_GRAY2BGR)
+    level = size[1] + _PANEL // 2  # row of a mark that lies on the map
+    cv2.line(page, (0, level), (size[0], level), (180, 180, 180), 1)
 
+    def pixel(along: float, across: float) -> tuple[int, int]:
+        x, y = survey.in_picture(along, across)
+        return round(enlarged * (x + 0.5)), round(enlarged * (y + 0.5))
 
-class _Sheet:
-    """The enlarged frame, drawn on at places along and across the belt."""
+    def write_words(words: str, place: tuple[int, int], colour: tuple[int, ...]) -> None:
+        cv2.putText(page, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)
 
-    def __init__(self, survey: Survey, page: np.ndarray, enlarged: int) -> None:
-        self._survey, self._page, self._enlarged = survey, page, enlarged
-
-    def _pixel(self, along: float, across: float) -> tuple[int, int]:
-        x, y = self._survey.in_picture(along, across)
-        return round(self._enlarged * (x + 0.5)), round(self._enlarged * (y + 0.5))
-
-    def line(self, along: float, blocks: float, colour: tuple, word: str) -> None:
+    def draw_line(place: float, blocks: float, colour: tuple[int, ...], word: str) -> None:
         """A line across the belt at the tape, so many widths of the block long, and a word."""
-        survey = self._survey
         middle = survey.measure.line if survey.measure else survey.across_belt(survey.block)
-        half = blocks * survey.across / 2
-        near, far = (self._pixel(along, middle + sign * half) for sign in (-1, 1))
-        cv2.line(self._page, near, far, colour, 1)
-        if word:
-            x, y = self._pixel(along, middle - half)
-            _write(self._page, word, (x + 2, min(max(y, 12), self._page.shape[0] - 4)), colour)
+        near, far = (pixel(place, middle + side * blocks * survey.across / 2) for side in (-1, 1))
+        cv2.line(page, near, far, colour, 1)
+        write_words(word, (near[0] + 2, min(max(near[1], 12), size[1] - 4)), colour)
 
-    def marks(self) -> None:
-        """Marks that were seen; every tenth is longer and has its number."""
-        survey = self._survey
-        if survey.measure is None:
-            return
-        for place, number in zip(survey.measure.places, survey.measure.numbers, strict=True):
+    words = "no tape: scale and zero are those that were given"
+    if measure := survey.measure:
+        ruler, residuals = survey.ruler, survey.ruler.residuals
+        for place, number, off in zip(measure.places, measure.numbers, residuals, strict=True):
             tenth = number % 10 == 0
-            self.line(place, 0.4 if tenth else 0.1, _MARK, f"{number:.0f}" if tenth else "")
-
-    def block(self) -> None:
-        """The outline of the white block."""
-        survey, block = self._survey, self._survey.block
-        middle = survey.along_belt(block), survey.across_belt(block)
-        sides = survey.along / 2, survey.across / 2
-        corners = [
-            self._pixel(middle[0] + one * sides[0], middle[1] + other * sides[1])
-            for one, other in ((-1, -1), (1, -1), (1, 1), (-1, 1))
-        ]
-        cv2.polylines(self._page, [np.array(corners, np.int32)], True, _BLOCK, 1)
-
-
-def _residuals(survey: Survey, width: int, enlarged: int) -> np.ndarray:
-    """A panel (rows, W, 3) with a bar for each mark, below the mark."""
-    panel = np.full((_PANEL, width, 3), 255, np.uint8)
-    cv2.line(panel, (0, _PANEL // 2), (width, _PANEL // 2), (180, 180, 180), 1)
-    ruler = survey.ruler
-    if survey.measure is None:
-        _write(panel, "no tape: scale and zero are those that were given", (6, 16), (0,) * 3)
-        return panel
-    for place, residual in zip(survey.measure.places, ruler.residuals, strict=True):
-        x = round(enlarged * (survey.in_picture(place, survey.measure.line)[0] + 0.5))
-        high = round(_PANEL / 2 * (1 - np.clip(residual / _REACH, -1, 1)))
-        cv2.line(panel, (x, _PANEL // 2), (x, high), _MARK, max(1, enlarged))
-    reach, misfit = 1e3 * _REACH * ruler.spacing_m, 1e3 * ruler.misfit * ruler.spacing_m
-    words = (
-        f"marks beside the map of the camera, from -{reach:.3g} to {reach:.3g} mm; "
-        f"rms {misfit:.2g} mm; tilt {ruler.tilt:.1f} degrees"
-    )
-    _write(panel, words, (6, 16), (0,) * 3)
-    return panel
-
-
-def _write(page: np.ndarray, words: str, place: tuple[int, int], colour: tuple) -> None:
-    cv2.putText(page, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)
+            draw_line(place, 0.4 if tenth else 0.1, _MARK, f"{number:.0f}" if tenth else "")
+            x = pixel(place, measure.line)[0]
+            high = level - round(_PANEL / 2 * np.clip(off / _REACH, -1, 1))
+            cv2.line(page, (x, level), (x, high), _MARK, max(1, enlarged))
+        reach, misfit = 1e3 * _REACH * ruler.spacing_m, 1e3 * ruler.misfit * ruler.spacing_m
+        words = (
+            f"marks beside the map of the camera, from -{reach:.3g} to {reach:.3g} mm; "
+            f"rms {misfit:.2g} mm; tilt {ruler.tilt:.1f} degrees"
+        )
+    write_words(words, (6, size[1] + 16), (0, 0, 0))
+    draw_line(survey.zero, 2.0, _ZERO, "0")
+    along, across = survey.along_belt(survey.block), survey.across_belt(survey.block)
+    corners = [
+        pixel(along + one * survey.along / 2, across + other * survey.across / 2)
+        for one, other in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    cv2.polylines(page, [np.array(corners, np.int32)], True, _BLOCK, 1)
+    with replacing(path) as part:
+        part.write_bytes(cv2.imencode(".png", page)[1].tobytes())

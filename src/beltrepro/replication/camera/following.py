@@ -51,25 +51,21 @@ class Follower:
 
     def __init__(self, picture: np.ndarray, measure: tape.Tape) -> None:
         height, width = picture.shape
-        self._turn, self._spacing = measure.turn, measure.spacing
+        self._turn, self._spacing, self._half = measure.turn, measure.spacing, width / 2
         margin = max(2, round(_MARGIN * (measure.rows.stop - measure.rows.start)))
-        top = max(0, measure.rows.start - margin)
-        bottom = min(height, measure.rows.stop + margin)
+        self._top = max(0, measure.rows.start - margin)
+        rows = np.arange(self._top, min(height, measure.rows.stop + margin), dtype=np.float32)
         self._middle = (width - 1) / 2, (height - 1) / 2
         self._place = np.arange(width, dtype=np.float32) - np.float32(self._middle[0])
-        self._row = np.arange(top, bottom, dtype=np.float32)[:, np.newaxis] - self._middle[1]
-        self._half = width / 2
-        count = int(np.clip(width / max(16, _MARKS * measure.spacing), 3, _PARTS))
-        size = width // count
-        first = (width - count * size) // 2
-        self._columns = slice(first, first + count * size)
-        self._count = count
+        self._row = rows[:, np.newaxis] - self._middle[1]
+        self._count = int(np.clip(width / max(16, _MARKS * measure.spacing), 3, _PARTS))
+        size = width // self._count
+        first = (width - self._count * size) // 2
+        self._columns = slice(first, first + self._count * size)
         self._u = self._parts(self._place[np.newaxis]).mean(axis=1) / self._half
-        self._still = np.zeros(5)
-        self._strip, _ = self._seen(picture, self._still)
-        self._top = top
+        self._last, self._usual = np.zeros(5), 1.0
+        self._strip, _ = self._seen(picture, self._last)
         self._learn()
-        self._last, self._usual = self._still, 1.0
 
     def __call__(self, picture: np.ndarray) -> Motion:
         """How the picture has moved since the survey."""

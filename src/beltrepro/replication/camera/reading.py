@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
+import scipy
 
+from beltrepro.base.errors import InputError
 from beltrepro.replication.camera import following
 from beltrepro.replication.camera.ruler import Ruler
 from beltrepro.replication.camera.survey import Survey
+from beltrepro.replication.camera.track_file import Track
 from beltrepro.replication.camera.white_block import Place
 
 # Lines across the belt lean by hundredths where the camera is tilted, at either end of the picture
@@ -21,30 +22,24 @@ _NEAR = 1e-9  # metres: a block that stays there has no slope
 # The size of the block is measured where it moves less from frame to frame, pixels, in so many
 # frames at least, if it is so long.
 _STILL, _FEWEST, _SHORTEST = 1.0, 3, 15.0
+_SIZE = 0.0125  # share by which the block may look larger or smaller than it is
 _FINEST = 0.0075  # share of its size that uneven light, shadows and codecs change
 _SQUARE = 0.2  # share by which its sides must differ: edges change both alike
 
 
-class Reading(NamedTuple):
-    """Places of the block in metres, and how sure they are."""
-
-    x_m: np.ndarray  # (T,)
-    error_m: np.ndarray  # (T,) one standard error
-    scale_error: float  # errors that all frames have in common: zero_error_m + scale_error x
-    zero_error_m: float
-    slope: float  # degrees between the way of the block and the lines that the survey saw
-    size: float  # of the block by the tape, over the one that was told; nan if it is not known
-    size_error: float
-
-
 def read(
     survey: Survey,
+    time_s: np.ndarray,
+    lost_s: np.ndarray,
     blocks: list[Place],
     moved: np.ndarray,
     moved_error: np.ndarray,
     tape_height_error: float,
-) -> Reading:
-    """Read the tape beside blocks in pictures that have moved by (T, 5), with errors (T, 5)."""
+) -> Track:
+    """Read the tape beside blocks in pictures that have moved by (T, 5), with errors (T, 5).
+
+    A tape beside which the block has another size than was told is refused.
+    """
     ruler, half = survey.ruler, survey.ruler.half_width
     along = np.array([survey.along_belt(block) for block in blocks])
     across = np.array([survey.across_belt(block) for block in blocks])
@@ -62,49 +57,61 @@ def read(
     place = foot - following.along(moved, place, half)
     x, scale = ruler.metres(place), np.abs(ruler.scale(place))
     shaken = np.sqrt(following.along(moved_error**2, np.abs(place), half))
-    common = _common(ruler, survey, place, to_tape * scale, lean_covariance)
-    size, size_error = _size(survey, blocks, place, scale)
+    variance, scale_error, zero_error = np.zeros_like(x), np.nan, np.nan
+    if survey.measure:
+        variance, scale_error, zero_error = _common(
+            ruler, x, place, to_tape * scale, lean_covariance
+        )
     # A tape that lies deeper or higher than the top of the block gives another scale, about the
     # point below the camera, which is taken to be in the middle of the picture.
-    off, middle = size - 1, ruler.metres(np.zeros(1))[0]
-    if not abs(off) > _FINEST + 2 * size_error:
-        off = 0.0
+    off, middle = _off_size(survey, blocks, place, scale), ruler.metres(np.zeros(1))[0]
     if survey.measure:  # the size of the block does not tell a height of some millimetres
         off = float(np.hypot(off, tape_height_error / ruler.distance_m))
-    variance = common.variance + (off * (x - middle)) ** 2
+    variance += (off * (x - middle)) ** 2
     level = across - following.across(moved, along, half)
-    return Reading(
+    slope = 0.0  # degrees between the way of the block, if it is long, and the lines of the survey
+    if place.std() >= survey.along / 2:
+        slope = float(np.degrees(np.arctan(np.polyfit(place, level, 1)[0])))
+    return Track(
+        time_s=time_s,
         x_m=x,
         error_m=np.sqrt(scale**2 * (error**2 + shaken**2) + variance),
-        scale_error=float(np.hypot(common.scale, off)),
-        zero_error_m=float(np.hypot(common.zero, off * middle)),
-        slope=_slope(place, level, survey.along),
-        size=size,
-        size_error=size_error,
+        metres_per_pixel=ruler.metres_per_pixel,
+        angle=survey.angle + slope,
+        lost_s=lost_s,
+        scale_error=float(np.hypot(scale_error, off)),
+        zero_error_m=float(np.hypot(zero_error, off * middle)),
+        survey=survey,
     )
 
 
-def _size(
-    survey: Survey, blocks: list[Place], place: np.ndarray, scale: np.ndarray
-) -> tuple[float, float]:
-    """Size of the block by the tape, over the one that was told, and its standard error.
+def _off_size(survey: Survey, blocks: list[Place], place: np.ndarray, scale: np.ndarray) -> float:
+    """By what share the block looks larger by the tape than was told; 0 where it cannot be seen.
 
     Blur and the camera's idea of brightness make both sides longer by the same. So the difference
     of width and length counts, in frames in which the block hardly moves.
     """
     length, width = survey.sides_m
     if survey.along < _SHORTEST or abs(width - length) < _SQUARE * max(width, length):
-        return np.nan, np.nan
+        return 0.0
     along, across = np.transpose([block.sides for block in blocks])
     difference = survey.ruler.scale_across(place) * across - scale * along
     difference /= width - length
     still = np.abs(np.gradient(place)) < _STILL
     difference = difference[still & np.isfinite(difference)]
     if difference.size < _FEWEST:
-        return np.nan, np.nan
+        return 0.0
     size = float(np.median(difference))
     spread = 1.4826 * float(np.median(np.abs(difference - size)))
-    return size, spread * float(np.sqrt(np.pi / 2 / difference.size))
+    error = spread * float(np.sqrt(np.pi / 2 / difference.size))
+    if abs(size - 1) > _SIZE + error:
+        sides = " x ".join(f"{100 * side * size:.2f}" for side in survey.sides_m)
+        raise InputError(
+            f"by the tape the white block has {sides} cm, so the tape lies higher or deeper than "
+            f"its top: lay it as high; or the block has another size: give it to a tenth of a "
+            f"millimetre, --block-length and --block-width in metres"
+        )
+    return size - 1 if abs(size - 1) > _FINEST + 2 * error else 0.0
 
 
 def _edge_error(blocks: list[Place], place: np.ndarray) -> np.ndarray:
@@ -143,38 +150,22 @@ def _fitted_line(
     return line, off, spread
 
 
-class _Common(NamedTuple):
-    variance: np.ndarray  # (T,) of x, metres squared
-    scale: float
-    zero: float
-
-
 def _common(
     ruler: Ruler,
-    survey: Survey,
+    x: np.ndarray,
     place: np.ndarray,
     to_tape_m: np.ndarray,
     lean_covariance: np.ndarray,
-) -> _Common:
-    """The errors that all frames have in common: those of the map and of the lean."""
-    if survey.measure is None:
-        return _Common(np.zeros_like(place), np.nan, np.nan)
+) -> tuple[np.ndarray, float, float]:
+    """Variances (T,) of the errors that all frames have in common, of the map and of the lean, and
+    the errors of scale and zero that they make."""
     changes = np.column_stack(
         [ruler.slopes(place), to_tape_m, to_tape_m * place / ruler.half_width]
     )
-    covariance = np.zeros((6, 6))
-    covariance[:4, :4], covariance[4:, 4:] = ruler.covariance, lean_covariance
+    covariance = scipy.linalg.block_diag(ruler.covariance, lean_covariance)
     variance = np.einsum("ti,ij,tj->t", changes, covariance, changes)
-    x = ruler.metres(place)
     centred = x - x.mean()
     by_scale = centred @ changes / max(float(centred @ centred), _NEAR**2)
     by_zero = changes.mean(axis=0) - by_scale * x.mean()
     scale, zero = (float(np.sqrt(one @ covariance @ one)) for one in (by_scale, by_zero))
-    return _Common(variance, scale, zero)
-
-
-def _slope(along: np.ndarray, across: np.ndarray, length: float) -> float:
-    """Degrees of the way of the block; 0 for a short way."""
-    if along.std() < length / 2:
-        return 0.0
-    return float(np.degrees(np.arctan(np.polyfit(along, across, 1)[0])))
+    return variance, scale, zero

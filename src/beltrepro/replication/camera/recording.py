@@ -80,16 +80,6 @@ class Recording(Regimes):
     # are long enough
     spectra: dict[str, Spectrum]
 
-    @property
-    def minimum_length(self) -> float:
-        """The smallest x_N, metres."""
-        return float(self.x_m.min())
-
-    @property
-    def maximum_length(self) -> float:
-        """The largest x_N, metres."""
-        return float(self.x_m.max())
-
     def evenly(self, begin_s: float, end_s: float) -> np.ndarray:
         """Positions within a stretch at equal intervals, straight across gaps."""
         inside = (self.time_s >= begin_s) & (self.time_s <= end_s)
@@ -188,17 +178,13 @@ def analyse(
     kept = time >= transient_s + (time[0] if time.size else 0.0)
     time, position = time[kept], position[kept]
     require(
-        time.size >= _LEAST_SAMPLES,
-        f"{time.size} samples after the first {transient_s:g} s, {_LEAST_SAMPLES} are needed",
-    )
-    require(np.all(np.diff(time) > 0), "instants time_s must rise")
-    require(
-        not blocks_m or position.min() > blocks_m,
-        f"x_N reaches {position.min():.3g} m: less than the {blocks_m:.3g} m of blocks in it",
+        not blocks_m or position.min(initial=math.inf) > blocks_m,
+        f"x_N reaches {position.min(initial=math.inf):.3g} m: less than the {blocks_m:.3g} m of "
+        "blocks in it",
     )
     position = position - blocks_m
-    interval = float(np.median(np.diff(time)))
     parts = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
+    interval = float(np.median(np.diff(time)))
     # relative errors of <x_N>; x_N and its fluctuation are wrong by the same factor but for blocks
     zero, blocks = zero / parts.mean_length, blocks_m / parts.mean_length
     moments = stretches.moments(position, _weights(np.diff(time), interval))
@@ -272,16 +258,14 @@ def _spectra(
     spectra = {}
     for name, (begin, end) in spans.items():
         inside = (time >= begin) & (time <= end)
-        if inside.sum() >= _LEAST_SAMPLES:
-            spectra[name] = _spectrum(time[inside], position[inside], interval)
+        if inside.sum() < _LEAST_SAMPLES:
+            continue
+        even = _even(time[inside], position[inside], interval)[1]
+        frequency, power = power_spectrum(even, interval)
+        low, law = float(frequency[power.argmax()]), None
+        with suppress(NotEnoughDataError):
+            require(low * _SHORTEST_FIT <= FIT_TO_HZ, "no room above the peak")
+            law = fit_power_law(frequency, power, low=low, high=FIT_TO_HZ)
+        first, last = (float(time[inside][end]) for end in (0, -1))
+        spectra[name] = Spectrum(first, last, frequency, power, law)
     return spectra
-
-
-def _spectrum(time: np.ndarray, position: np.ndarray, interval: float) -> Spectrum:
-    """Spectrum of a stretch."""
-    frequency, power = power_spectrum(_even(time, position, interval)[1], interval)
-    low, law = float(frequency[power.argmax()]), None
-    with suppress(NotEnoughDataError):
-        require(low * _SHORTEST_FIT <= FIT_TO_HZ, "no room above the peak")
-        law = fit_power_law(frequency, power, low=low, high=FIT_TO_HZ)
-    return Spectrum(float(time[0]), float(time[-1]), frequency, power, law)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.base.errors import InputError
 from beltrepro.replication.camera.tape import WIDE_GAP, Tape
 
 # What cameras are like, where few marks tell little: tilts of some degrees, lenses that move the
@@ -39,24 +38,25 @@ class Ruler:
 
     @classmethod
     def of(cls, tape: Tape, width: int, spacing_m: float, first_m: float) -> Ruler:
-        """The ruler that follows the marks of a tape; NotEnoughDataError if none fits best."""
+        """The ruler that follows the marks of a tape; refuses one with a gap too wide to count."""
         half = width / 2
         places, gap = tape.places / half, np.diff(tape.numbers)
         beyond = np.arange(len(places)) > int(np.argmax(gap))
         shifts = _SHIFTS if gap.max() > WIDE_GAP else (0,)
         fits = [
-            _Fit.of(places, tape.numbers + shift * beyond, half / tape.spacing) for shift in shifts
+            _fitted(places, tape.numbers + shift * beyond, half / tape.spacing) for shift in shifts
         ]
-        fits.sort(key=lambda fit: fit.error)
-        fit = fits[0]
-        if len(fits) > 1 and fits[1].error < _CLEAR * fit.error:
-            raise NotEnoughDataError(
-                f"{gap.max() - 1:.0f} marks of the tape are hidden side by side, too many to count"
+        fits.sort(key=lambda fit: fit[2])
+        values, residuals, error = fits[0]
+        if len(fits) > 1 and fits[1][2] < _CLEAR * error:
+            raise InputError(
+                f"{gap.max() - 1:.0f} marks of the tape are hidden side by side, too many to "
+                f"count: uncover the tape"
             )
-        information = _slopes(fit.values, places) / (fit.error * np.sqrt(_ALIKE))
+        information = _slopes(values, places) / (error * np.sqrt(_ALIKE))
         prior = np.diag([0.0, 0.0, _TILT**-2, _LENS**-2])
         covariance = np.linalg.inv(information.T @ information + prior)
-        return cls(half, fit.values, covariance, spacing_m, first_m, fit.residuals)
+        return cls(half, values, covariance, spacing_m, first_m, residuals)
 
     @classmethod
     def even(cls, metres_per_pixel: float, width: int, edge_m: float) -> Ruler:
@@ -116,25 +116,24 @@ class Ruler:
         return self.half_width * np.interp(numbers, _numbers(self.values, pixels), pixels)
 
 
-class _Fit(NamedTuple):
-    """A map through marks of given numbers."""
+def _fitted(
+    places: np.ndarray, numbers: np.ndarray, density: float
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """The map (4,) through marks of given numbers, their residuals, and the scatter of these."""
 
-    values: np.ndarray  # (4,)
-    residuals: np.ndarray  # (M,)
-    error: float  # of a mark: their scatter
+    def misfits(values: np.ndarray) -> np.ndarray:
+        """Those of the marks in units of their error, and what makes a camera unusual."""
+        marks = (numbers - _numbers(values, places)) / (error * np.sqrt(_ALIKE))
+        return np.append(marks, [values[2] / _TILT, values[3] / _LENS])
 
-    @classmethod
-    def of(cls, places: np.ndarray, numbers: np.ndarray, density: float) -> _Fit:
-        start = np.array([density, 0.0, 0.0, 0.0])
-        start[1] = np.median(numbers - density * places)
-        error = 0.05
-        for _ in range(2):  # the scatter of the marks is their error
-            fit = scipy.optimize.least_squares(
-                _misfits, start, args=(places, numbers, error), loss="soft_l1"
-            )
-            residuals = numbers - _numbers(fit.x, places)
-            error = max(_LEAST, 1.4826 * float(np.median(np.abs(residuals))))
-        return cls(fit.x, residuals, error)
+    start = np.array([density, 0.0, 0.0, 0.0])
+    start[1] = np.median(numbers - density * places)
+    error = 0.05
+    for _ in range(2):  # the scatter of the marks is their error
+        values = scipy.optimize.least_squares(misfits, start, loss="soft_l1").x
+        residuals = numbers - _numbers(values, places)
+        error = max(_LEAST, 1.4826 * float(np.median(np.abs(residuals))))
+    return values, residuals, error
 
 
 def _numbers(values: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -154,11 +153,3 @@ def _slopes(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.column_stack([seen, np.ones_like(seen), -number * seen, by_seen * places**3]) / (
         np.column_stack([below, below, below, np.ones_like(below)])
     )
-
-
-def _misfits(
-    values: np.ndarray, places: np.ndarray, numbers: np.ndarray, error: float
-) -> np.ndarray:
-    """Misfits of the marks in units of their error, and what makes a camera unusual."""
-    marks = (numbers - _numbers(values, places)) / (error * np.sqrt(_ALIKE))
-    return np.append(marks, [values[2] / _TILT, values[3] / _LENS])

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from beltrepro.base.errors import InputError, NotEnoughDataError
+from beltrepro.base.errors import InputError
 from beltrepro.replication.camera import tape, white_block
 from beltrepro.replication.camera.following import Follower
 from beltrepro.replication.camera.ruler import Ruler
@@ -55,33 +54,25 @@ class Survey:
         cls,
         pictures: list[np.ndarray],
         scene: Scene,
-        metres_per_pixel: float | None,
-        first_mark: float | None,
-        support: str,
-        name: str,
+        metres_per_pixel: float | None = None,
+        first_mark: float | None = None,
+        support: str = "auto",
     ) -> Survey:
         """The survey of some frames."""
-        picture, angle, regions, measure, scale = _reference(
-            pictures, scene, metres_per_pixel, name
-        )
-        blocks = _one_each(pictures, regions, angle, scale, scene, name)
-        along, across = scene.block_length / scale, scene.block_width / scale
-        _check_size(blocks, scale, scene, name)
-        towards = {"left": 1, "right": -1}.get(support) or _side(
-            pictures, blocks, angle, (along, across), name
-        )
+        picture, angle, regions, measure, scale = _reference(pictures, scene, metres_per_pixel)
+        sides_m = scene.block_length, scene.block_width
+        along, across = (side / scale for side in sides_m)
+        blocks = _one_each(pictures, regions, angle, along, across)
+        _check_size(blocks, scale, sides_m)
+        seen = [(one, block) for one, block in zip(pictures, blocks, strict=True) if block]
+        towards = {"left": 1, "right": -1}.get(support) or _side(seen, angle, along, across)
         if measure and towards == -1:
             measure = tape.find_tape(picture, angle + 180, measure.spacing, tape.BENDS)
-        given = metres_per_pixel, first_mark
-        ruler = _ruler(measure, scene, given, picture.shape[1], towards, name)
-        frame, block = min(
-            ((one, block) for one, block in zip(pictures, blocks, strict=True) if block),
-            key=lambda pair: float(np.abs(pair[0] - picture).mean()),
-        )
-        sides_m = scene.block_length, scene.block_width
+        ruler = _ruler(measure, scene, metres_per_pixel, first_mark, picture.shape[1], towards)
+        frame, block = min(seen, key=lambda pair: float(np.abs(pair[0] - picture).mean()))
         survey = cls(picture, measure, ruler, angle, towards, along, across, frame, block, sides_m)
         if measure and first_mark is None and _at_rest(pictures, picture, measure):
-            _check_zero(survey, pictures, [block for block in blocks if block], name)
+            _check_zero(survey, pictures, [block for _, block in seen])
         return survey
 
     @property
@@ -119,7 +110,7 @@ class Survey:
 
 
 def _reference(
-    pictures: list[np.ndarray], scene: Scene, metres_per_pixel: float | None, name: str
+    pictures: list[np.ndarray], scene: Scene, metres_per_pixel: float | None
 ) -> tuple[np.ndarray, float, list[list[Region]], tape.Tape | None, float]:
     """A picture that shows the tape, the direction of the belt in it, what may be the block in all
     pictures, the tape, and metres per pixel.
@@ -132,13 +123,13 @@ def _reference(
     regions = [_candidates(one, angle, ratio) for one in pictures]
     for picture in (mean, *pictures[:: max(1, len(pictures) // _TRIED)]):
         try:
-            measure, scale = _scale(picture, angle, regions, scene, metres_per_pixel, name)
+            measure, scale = _scale(picture, angle, regions, scene, metres_per_pixel)
         except InputError as reason:
             failure = failure or reason
         else:
             if picture is not mean or measure is None or _at_rest(pictures, mean, measure):
                 return picture.astype(np.float32), angle, regions, measure, scale
-    raise failure or InputError(f"{name}: the camera moves too much: no picture shows the tape")
+    raise failure or InputError("the camera moves too much: no picture shows the tape")
 
 
 def _at_rest(pictures: list[np.ndarray], mean: np.ndarray, measure: tape.Tape) -> bool:
@@ -151,66 +142,53 @@ def _at_rest(pictures: list[np.ndarray], mean: np.ndarray, measure: tape.Tape) -
 def _ruler(
     measure: tape.Tape | None,
     scene: Scene,
-    given: tuple[float | None, float | None],
+    metres_per_pixel: float | None,
+    first_mark: float | None,
     width: int,
     towards: int,
-    name: str,
 ) -> Ruler:
     """The ruler of a tape, or one of a scale that was given."""
-    metres_per_pixel, first_mark = given
     edge, other = ("left", "right")[::towards]
-    if measure is None and metres_per_pixel is not None:
-        if first_mark is None:
+    if measure is None:
+        if first_mark is None or metres_per_pixel is None:
             raise InputError(
-                f"{name}: no tape measure found, so the zero is not known: give the distance of "
-                f"the {edge} edge of the picture from the support, --first-mark in metres"
+                f"no tape measure found, so the zero is not known: give the distance of the {edge} "
+                f"edge of the picture from the support, --first-mark in metres"
             )
         return Ruler.even(metres_per_pixel, width, first_mark)
-    assert measure is not None
     if not measure.begins and first_mark is None:
         raise InputError(
-            f"{name}: the tape measure goes on beyond the {edge} edge of the "
-            f"picture, where the chain is held: give what it reads at the first mark there, "
-            f"--first-mark in metres; or --support {other}, if it is held there"
+            f"the tape measure goes on beyond the {edge} edge of the picture, where the chain is "
+            f"held: give what it reads at the first mark there, --first-mark in metres; or "
+            f"--support {other}, if it is held there"
         )
-    try:
-        ruler = Ruler.of(measure, width, scene.mark_spacing, first_mark or 0.0)
-    except NotEnoughDataError as reason:
-        raise InputError(f"{name}: {reason}: uncover the tape") from None
+    ruler = Ruler.of(measure, width, scene.mark_spacing, first_mark or 0.0)
     if not ruler.misfit < _MISFIT:
         raise InputError(
-            f"{name}: the marks of the tape lie {ruler.misfit:.2f} of their distance beside those "
-            f"of a straight tape, {_MISFIT:g} is allowed: film from straight above, and let "
-            f"nothing cover the tape"
+            f"the marks of the tape lie {ruler.misfit:.2f} of their distance beside those of a "
+            f"straight tape, {_MISFIT:g} is allowed: film from straight above, and let nothing "
+            f"cover the tape"
         )
-    if not _zero_is_clear(measure.numbers, ruler.residuals):
+    # The first mark may lie beside the map, as the end of the tape moves it: the second may not, or
+    # what seems to be marks is what a codec or a cloth puts there.
+    second = np.abs(ruler.residuals[measure.numbers == 1])
+    if np.sum(measure.numbers < _FIRST) < _CLEAR or not np.any(second < _BESIDE):
         raise InputError(
-            f"{name}: the first marks of the tape are not clear, so its zero is not known: film it "
-            f"from its beginning, uncovered"
+            "the first marks of the tape are not clear, so its zero is not known: film it from its "
+            "beginning, uncovered"
         )
     first, every = measure.long or (0, 10)
     if first and first_mark is None:
         reads = (every - first) * scene.mark_spacing
         raise InputError(
-            f"{name}: the first mark seen is not the zero of the tape: by the long marks it reads "
+            f"the first mark seen is not the zero of the tape: by the long marks it reads "
             f"{reads:g} m or {reads + every * scene.mark_spacing:g} m and so on: give what it "
             f"reads, --first-mark in metres"
         )
     return ruler if metres_per_pixel is None else ruler.with_scale(metres_per_pixel)
 
 
-def _zero_is_clear(numbers: np.ndarray, residuals: np.ndarray) -> bool:
-    """Whether the tape begins with marks, and not with what a codec or a cloth puts there.
-
-    The first one may lie beside the map: the end of the tape moves it.
-    """
-    second = np.abs(residuals[numbers == 1])
-    return bool(np.sum(numbers < _FIRST) >= _CLEAR and second.size and second[0] < _BESIDE)
-
-
-def _check_zero(
-    survey: Survey, pictures: list[np.ndarray], blocks: list[Region], name: str
-) -> None:
+def _check_zero(survey: Survey, pictures: list[np.ndarray], blocks: list[Region]) -> None:
     """Refuse a zero before which the chain moves: it is held there."""
     height, width = survey.picture.shape
     row, half = survey.across_belt(blocks[0]) + height / 2, _LANE * survey.across
@@ -228,41 +206,33 @@ def _check_zero(
     moves, noise, moving = (float(np.median(changes[part])) for part in (before, behind, chain))
     if moving > 2 * noise and moves > noise + _MOVES * (moving - noise):
         raise InputError(
-            f"{name}: the chain moves before the first mark that is seen of the tape, so that is "
-            f"not zero: give what it reads, --first-mark in metres"
+            "the chain moves before the first mark that is seen of the tape, so that is not zero: "
+            "give what it reads, --first-mark in metres"
         )
 
 
-def _check_size(blocks: list[Region | None], scale: float, scene: Scene, name: str) -> None:
+def _check_size(blocks: list[Region | None], scale: float, sides_m: tuple[float, float]) -> None:
     """Refuse a scale at which the block has another size: of a tape with other marks, mostly."""
     sides = np.median([(block.along, block.across) for block in blocks if block], axis=0)
-    sizes = np.array([scene.block_length, scene.block_width])
+    sizes = np.array(sides_m)
     seen, expected = np.sqrt(sides.prod()), np.sqrt(sizes.prod()) / scale
     if not _SMALLER * expected - _EDGES < seen < _LARGER * expected + _EDGES:
         length, width = 100 * scale * sides
         raise InputError(
-            f"{name}: at {scale:.3g} m per pixel the white block has {length:.1f} x {width:.1f} "
-            f"cm, and not {100 * sizes[0]:g} x {100 * sizes[1]:g}: give the distance of the marks, "
+            f"at {scale:.3g} m per pixel the white block has {length:.1f} x {width:.1f} cm, and "
+            f"not {100 * sizes[0]:g} x {100 * sizes[1]:g}: give the distance of the marks, "
             f"--mark-spacing, or the sizes of the block, --block-length and --block-width, in "
             f"metres"
         )
 
 
-def _side(
-    pictures: list[np.ndarray],
-    blocks: list[Region | None],
-    angle: float,
-    sides: tuple[float, float],
-    name: str,
-) -> int:
+def _side(seen: list[tuple[np.ndarray, Region]], angle: float, along: float, across: float) -> int:
     """1 if the chain extends to the right, -1 if to the left: the white block is the last one."""
-    along, across = sides
     half, rows = int(np.ceil(1.5 * along)), max(2, int(0.45 * across))
     beside = max(2, int(0.4 * along))  # columns; between them and the block there may be a rim
     # Pictures of the block and its surroundings are laid over each other. The spring stays where it
     # is. What moves otherwise, as a glare that the block passes, is there in fewer than half.
-    pairs = zip(pictures, blocks, strict=True)
-    around = np.stack([_around(seen, block, angle, half, rows) for seen, block in pairs if block])
+    around = np.stack([white_block.around(*pair, angle, half, rows) for pair in seen])
     left, right = (
         float(np.median(part.mean(axis=2), axis=0).std())
         for part in (around[:, :, :beside], around[:, :, -beside:])
@@ -271,23 +241,9 @@ def _side(
         if here > _SPRING_FACTOR * there + _SPRING_LEVELS:
             return towards
     raise InputError(
-        f"{name}: no spring is seen on just one side of the white block: give the side of the "
-        f"picture where the chain is held, --support left or right"
+        "no spring is seen on just one side of the white block: give the side of the picture where "
+        "the chain is held, --support left or right"
     )
-
-
-def _around(picture: np.ndarray, block: Region, angle: float, half: int, rows: int) -> np.ndarray:
-    """The surroundings of a block (2 rows + 1, 2 half + 1), straightened."""
-    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    turn = np.array([[cosine, -sine], [sine, cosine]])
-    corner = np.array([block.x, block.y]) - turn @ (half, rows)
-    return cv2.warpAffine(
-        picture,
-        np.column_stack([turn, corner]),
-        (2 * half + 1, 2 * rows + 1),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_REPLICATE,
-    ).astype(np.float32)
 
 
 def _candidates(picture: np.ndarray, angle: float, ratio: float) -> list[Region]:
@@ -305,32 +261,31 @@ def _scale(
     regions: list[list[Region]],
     scene: Scene,
     scale: float | None,
-    name: str,
 ) -> tuple[tape.Tape | None, float]:
     """The tape, if there is one, and metres per pixel."""
     if scale is not None:
         return tape.find_tape(mean, angle, scene.mark_spacing / scale, tape.BENDS), scale
     area = scene.block_length * scene.block_width
-    sizes = [np.sqrt(region.along * region.across / area) for seen in regions for region in seen]
-    if not sizes:
+    sizes = np.sqrt([region.along * region.across / area for seen in regions for region in seen])
+    if not sizes.size:
         raise InputError(
-            f"{name}: no white block found: a bright rectangle across the belt, which must run "
-            f"from left to right{_advice(mean)}"
+            "no white block found: a bright rectangle across the belt, which must run from left to "
+            f"right{_advice(mean)}"
         )
     # Each size leads to expect a distance of the marks; that with the clearest marks counts. Sizes
     # within a tenth are one, and the rare ones are not tried.
-    often = Counter(np.round(np.log(sizes) * 10).astype(int).tolist()).most_common(6)
     rounded = np.round(np.log(sizes) * 10)
-    guesses = [float(np.median(np.array(sizes)[rounded == size])) for size, _ in often]
+    often = Counter(rounded.tolist()).most_common(6)
+    guesses = [float(np.median(sizes[rounded == size])) for size, _ in often]
     for bends in (tape.BENDS[:1], tape.BENDS[1:]):
         seen = [tape.find_tape(mean, angle, one * scene.mark_spacing, bends) for one in guesses]
         if tapes := [measure for measure in seen if measure]:
             best = max(tapes, key=lambda measure: measure.clearness)
             return best, scene.mark_spacing / best.spacing
     raise InputError(
-        f"{name}: no tape measure with a mark every {100 * scene.mark_spacing:g} cm found"
-        f"{_advice(mean)}: film a white block and a tape; or give both the scale and the zero, "
-        f"--scale in metres per pixel and --first-mark in metres"
+        f"no tape measure with a mark every {100 * scene.mark_spacing:g} cm found{_advice(mean)}: "
+        f"film a white block and a tape; or give both the scale and the zero, --scale in metres "
+        f"per pixel and --first-mark in metres"
     )
 
 
@@ -343,12 +298,10 @@ def _one_each(
     pictures: list[np.ndarray],
     regions: list[list[Region]],
     angle: float,
-    scale: float,
-    scene: Scene,
-    name: str,
+    along: float,
+    across: float,
 ) -> list[Region | None]:
     """The block in each picture; refuse a film without one of the right size, or with several."""
-    along, across = scene.block_length / scale, scene.block_width / scale
     blocks = [
         [
             region
@@ -361,14 +314,14 @@ def _one_each(
     seen = [one for one in blocks if one]
     if not seen:
         raise InputError(
-            f"{name}: no white block found: at {scale:.4g} m per pixel it would be a bright "
-            f"rectangle of {along:.0f} x {across:.0f} pixels"
+            f"no white block found: it would be a bright rectangle of {along:.0f} x {across:.0f} "
+            f"pixels"
         )
     several = [one for one in seen if len(one) > 1]
     if 2 * len(several) > len(seen):
         places = " and ".join(f"({block.x:.0f}, {block.y:.0f})" for block in several[0][:2])
         raise InputError(
-            f"{name}: {len(several[0])} white blocks found, at the pixels {places}; "
+            f"{len(several[0])} white blocks found, at the pixels {places}; "
             f"one is needed: cover the other"
         )
     return [one[0] if len(one) == 1 else None for one in blocks]

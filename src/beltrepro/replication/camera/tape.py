@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -60,19 +60,26 @@ def direction(picture: np.ndarray) -> float:
     picture is turned so that they lie along its rows, its rows differ most from each other.
     """
     small = _small(picture)
-    angles = np.arange(-STEEPEST, STEEPEST + 0.5)
-    best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
-    angles = np.arange(best - 1, best + 1.05, 0.1)
-    best = angles[np.argmax([_row_contrast(small, angle) for angle in angles])]
-    return _largest(lambda angle: _row_contrast(small, angle), best, 0.1, 0.005)
+    _, best = _clearest(small, np.arange(-STEEPEST, STEEPEST + 0.5))
+    _, best = _clearest(small, np.arange(best - 1, best + 1.05, 0.1))
+    finest = scipy.optimize.minimize_scalar(
+        lambda angle: -_row_contrast(small, angle),
+        bounds=(best - 0.1, best + 0.1),
+        options={"xatol": 0.005},
+    )
+    return float(finest.x)
 
 
 def lies_on_its_side(picture: np.ndarray) -> bool:
     """Whether the belt runs from top to bottom."""
-    upright, turned = _small(picture), _small(picture.T)
     angles = np.arange(-STEEPEST, STEEPEST + 0.5)
-    most = (max(_row_contrast(one, angle) for angle in angles) for one in (upright, turned))
-    return next(most) < next(most)
+    upright, turned = (_clearest(_small(one), angles)[0] for one in (picture, picture.T))
+    return upright < turned
+
+
+def _clearest(small: np.ndarray, angles: np.ndarray) -> tuple[float, float]:
+    """The largest contrast of rows at some angles, and the first angle that has it."""
+    return max(((_row_contrast(small, angle), angle) for angle in angles), key=lambda pair: pair[0])
 
 
 def _small(picture: np.ndarray) -> np.ndarray:
@@ -111,17 +118,15 @@ def find_tape(
         band = _band(ripple, frequencies, bend)
         if band is None:
             continue
-        profile = ripple[band.rows].mean(axis=0).astype(float)
-        shown = weight[band.rows]
-        light = (turned[band.rows] * shown).sum(axis=0) / np.maximum(shown.sum(axis=0), 1)
-        comb = _fitted(profile, Comb(band.frequency, bend))
+        rows, frequency, clearness = band
+        profile, shown = ripple[rows].mean(axis=0).astype(float), weight[rows]
+        light = (turned[rows] * shown).sum(axis=0) / np.maximum(shown.sum(axis=0), 1)
+        comb = _fitted(profile, Comb(frequency, bend))
         places, numbers, begins = _marks(profile, light, shown.min(axis=0) > 0, comb)
-        line = (band.rows.start + band.rows.stop - turned.shape[0]) / 2
-        middle, spacing = (width - 1) / 2, 1 / comb.frequency
-        long = _long_marks(turned, band.rows, places, numbers, spacing)
-        return Tape(
-            turn, band.rows, line, places - middle, numbers, spacing, band.clearness, begins, long
-        )
+        line, spacing = (rows.start + rows.stop - turned.shape[0]) / 2, 1 / comb.frequency
+        long = _long_marks(turned, rows, places, numbers, spacing)
+        places = places - (width - 1) / 2
+        return Tape(turn, rows, line, places, numbers, spacing, clearness, begins, long)
     return None
 
 
@@ -138,27 +143,27 @@ class Comb(NamedTuple):
         return self.frequency * width / 2 * (u + self.bend * u**2 / 2 + self.bulge * u**3 / 3)
 
 
-class _Band(NamedTuple):
-    """Rows of a picture that show the marks of a tape."""
-
-    rows: slice
-    frequency: float  # marks per pixel in the middle
-    clearness: float
-
-
-def _band(ripple: np.ndarray, frequencies: np.ndarray, bend: float) -> _Band | None:
-    """The rows in which marks stand out, if there are any."""
+def _band(
+    ripple: np.ndarray, frequencies: np.ndarray, bend: float
+) -> tuple[slice, float, float] | None:
+    """The rows in which marks stand out, if there are any; marks per pixel, and how clear."""
     waves = _waves(Comb(1.0, bend).marks(ripple.shape[1])[:, np.newaxis] * frequencies)
     strength = np.abs(ripple @ waves.astype(np.complex64))
-    clearness = strength.max(axis=1) / (np.median(strength, axis=1) + 1e-3 * strength.max() + 1e-9)
-    row = int(np.argmax(clearness * strength.max(axis=1)))
-    if clearness[row] < _CLEAR or strength[row].max() < _SHARE * np.abs(ripple[row]).sum():
+    most = strength.max(axis=1)
+    clearness = most / (np.median(strength, axis=1) + 1e-3 * strength.max() + 1e-9)
+    row = int(np.argmax(clearness * most))
+    if clearness[row] < _CLEAR or most[row] < _SHARE * np.abs(ripple[row]).sum():
         return None
-    rows = _rows_alike(strength, clearness, row)
-    frequency = float(frequencies[np.argmax(strength[row])])
-    if rows.stop - rows.start < max(_LEAST_ROWS, _HEIGHT / frequency):
+    # rows around the clearest one with as clear a period of the same length
+    peak = strength.argmax(axis=1)
+    alike = (np.abs(peak - peak[row]) <= 4) & (clearness > 0.5 * clearness[row])
+    breaks = np.flatnonzero(~(alike & (most > 0.5 * most[row])))
+    low = int(breaks[breaks < row].max(initial=-1)) + 1
+    high = int(breaks[breaks > row].min(initial=len(alike)))
+    frequency = float(frequencies[peak[row]])
+    if high - low < max(_LEAST_ROWS, _HEIGHT / frequency):
         return None
-    return _Band(rows, frequency, float(clearness[row]))
+    return slice(low, high), frequency, float(clearness[row])
 
 
 def _row_contrast(picture: np.ndarray, angle: float) -> float:
@@ -177,17 +182,6 @@ def _ripple(turned: np.ndarray, weight: np.ndarray, spacing: float) -> np.ndarra
     level = cv2.GaussianBlur(shown, (0, 0), sigmaX=scale, sigmaY=0.01)
     share = cv2.GaussianBlur(weight, (0, 0), sigmaX=scale, sigmaY=0.01)
     return weight * (shown - level / np.maximum(share, 1e-3))
-
-
-def _rows_alike(strength: np.ndarray, clearness: np.ndarray, row: int) -> slice:
-    """Rows around the clearest one with as clear a period of the same length."""
-    peak = strength.argmax(axis=1)
-    alike = (np.abs(peak - peak[row]) <= 4) & (clearness > 0.5 * clearness[row])
-    alike &= strength.max(axis=1) > 0.5 * strength[row].max()
-    breaks = np.flatnonzero(~alike)
-    low = breaks[breaks < row].max(initial=-1) + 1
-    high = breaks[breaks > row].min(initial=len(alike))
-    return slice(int(low), int(high))
 
 
 def _fitted(profile: np.ndarray, comb: Comb) -> Comb:
@@ -216,14 +210,6 @@ def _waves(count: np.ndarray) -> np.ndarray:
     return np.exp(-2j * np.pi * count)
 
 
-def _largest(function: Callable[[float], float], near: float, reach: float, error: float) -> float:
-    """Where a function is largest within reach of a place."""
-    best = scipy.optimize.minimize_scalar(
-        lambda x: -function(x), bounds=(near - reach, near + reach), options={"xatol": error}
-    )
-    return float(best.x)
-
-
 def _marks(
     profile: np.ndarray, light: np.ndarray, shown: np.ndarray, comb: Comb
 ) -> tuple[np.ndarray, np.ndarray, bool]:
@@ -239,13 +225,14 @@ def _marks(
     last = np.interp(profile.size - 1 - spacing, pixels, count)
     numbers = np.arange(np.ceil(count[0]), np.floor(last) + 1)
     even = np.interp(numbers, count, pixels)  # where the comb has them
-    seen = _seen(even, light, spacing, sign, middle=_centre(profile))
+    middle = float(scipy.ndimage.center_of_mass(profile**2)[0])
+    seen = _seen(even, light, spacing, sign, middle=middle)
     late, clear = _lateness(sign * profile, count, even, spacing)
     clear /= np.median(clear[seen]) if seen.any() else 1.0
     plain = seen & (clear > _SEEN)
     # Three marks in a row are a tape; what lies dark between two such parts of it, covers it.
     three = np.flatnonzero(plain[:-2] & plain[1:-1] & plain[2:])
-    inside = even[three[0] + 1] if three.size else _centre(profile)
+    inside = even[three[0] + 1] if three.size else middle
     end, end_seen = _beginning(light, shown, spacing, inside)
     # The end of a tape can be its zero: a mark there may lie a little before it.
     on_tape = even >= end - spacing / 4
@@ -325,9 +312,3 @@ def _beginning(
     rise = body[last + 1] - body[last]
     part = np.clip((half[last] - body[last]) / max(rise, 1e-9), 0, 1)
     return float(last + part), True
-
-
-def _centre(profile: np.ndarray) -> float:
-    """Centre of gravity of what varies, pixels."""
-    weight = profile.astype(float) ** 2
-    return float(np.arange(weight.size) @ weight / weight.sum())

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from beltrepro.replication.camera.following import ACROSS, SHIFT, Follower, Moti
 from beltrepro.replication.camera.reading import read
 from beltrepro.replication.camera.scene import TAPE_HEIGHT_ERROR, Scene
 from beltrepro.replication.camera.survey import SUPPORTS, Survey
+from beltrepro.replication.camera.track_file import Track
 from beltrepro.replication.camera.video import Frame, read_video
 from beltrepro.replication.camera.white_block import Place, Region
 
@@ -27,59 +27,8 @@ from beltrepro.replication.camera.white_block import Place, Region
 _SURVEY, _EVERY = 240, 10
 SPRING = 0.3  # share of the block: what is narrower across the belt is wiped off
 _FASTEST = 3.0  # m/s that the block never reaches
-_SIZE = 0.0125  # share by which the block may look larger or smaller than it is
 _SCALES = (1e-6, 0.1)  # metres per pixel that a camera above a treadmill can have
-# Fields of a track that its file has in the first line.
-_NUMBERS = ("metres_per_pixel", "angle", "scale_error", "zero_error_m")
 _FIRST_MARK = 5.0  # metres: no tape beside a chain reads more where the picture begins
-
-
-@dataclass(frozen=True, eq=False)
-class Track:
-    """Places of the white block."""
-
-    # instants of the frames in which it was found, seconds from the beginning of the video
-    time_s: np.ndarray
-    # its middle along the belt, metres from the first mark of the tape (plus what it reads)
-    x_m: np.ndarray
-    error_m: np.ndarray  # one standard error of x_m, of which some is common to all frames
-    metres_per_pixel: float  # scale of the picture
-    angle: float  # by which the belt is turned in the picture, degrees, clockwise
-    lost_s: np.ndarray  # begin and end of each stretch of frames in which the block was not found
-    # What all frames have in common: x is wrong by zero_error_m + scale_error x, one standard error
-    # of each. Both are part of error_m; nan where they are not known.
-    scale_error: float = math.nan
-    zero_error_m: float = math.nan
-    survey: Survey | None = None  # by which it was measured; files do not keep it
-
-    def save(self, path: str | Path) -> None:
-        """Write the track as CSV: a line of settings, which begins with #, and three columns."""
-        settings: dict[str, Any] = {"lost_s": self.lost_s.tolist()}
-        for name in _NUMBERS:
-            number = getattr(self, name)
-            settings[name] = number if math.isfinite(number) else None
-        rows = np.column_stack([self.time_s, self.x_m, self.error_m])
-        with Path(path).open("w", encoding="utf-8") as file:
-            file.write(f"# {json.dumps(settings)}\ntime_s,x_m,error_m\n")
-            np.savetxt(file, rows, delimiter=",", fmt="%.9g")
-
-    @classmethod
-    def load(cls, path: str | Path) -> Track:
-        """Read a CSV file with the columns time_s, x_m and, if known, error_m."""
-        from beltrepro.replication.camera.track_file import read_track
-
-        (time_s, x_m, error_m), settings = read_track(checks.path("path", path))
-        numbers: dict[str, Any] = {}
-        lost_s = np.empty((0, 2))
-        try:
-            for name in _NUMBERS:
-                value = settings.get(name)
-                numbers[name] = math.nan if value is None else checks.finite_number(name, value)
-            if stretches := settings.get("lost_s"):
-                lost_s = checks.numbers("lost_s", stretches, 2, rows=True).reshape(-1, 2)
-        except InputError as error:
-            raise InputError(f"{path}: its first line has {error}") from None
-        return cls(time_s, x_m, error_m, lost_s=lost_s, **numbers)
 
 
 def track(
@@ -90,7 +39,6 @@ def track(
     support: str = "auto",
     scene: Scene | None = None,
     tape_height_error: float = TAPE_HEIGHT_ERROR,
-    progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Track the white block in a video from above the belt.
 
@@ -98,7 +46,6 @@ def track(
     from frame to frame (docs/experiment.md). The face of the tape may lie above or below the tops
     of the blocks, with a standard error of `tape_height_error` in metres.
     """
-    scene = scene or Scene()
     if metres_per_pixel is not None:
         checks.within("metres_per_pixel", metres_per_pixel, ge=_SCALES[0], le=_SCALES[1])
     if first_mark is not None:
@@ -108,21 +55,33 @@ def track(
         raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
     beginning = itertools.islice(read_video(video), 0, _SURVEY, _EVERY)
     pictures = [frame.picture for frame in beginning]
-    survey = Survey.of(pictures, scene, metres_per_pixel, first_mark, support, str(video))
-    frames = []
-    for frame, place, motion in _follow(read_video(video), survey):
-        frames.append(_Frame(frame.time_s, place, motion))
-        if progress:
-            progress(frame.time_s)
+    with _named(video):
+        survey = Survey.of(pictures, scene or Scene(), metres_per_pixel, first_mark, support)
+    frames = list(_follow(read_video(video), survey))
+    time = np.array([frame.time_s for frame in frames])
+    places = [frame.place for frame in frames if frame.place]
     seen = np.array([frame.place is not None for frame in frames])
-    if seen.sum() < max(2, len(seen) / 2):
-        side = tape.lies_on_its_side(survey.picture)
-        advice = ": turn the film by a quarter, so that the belt runs from left to right"
-        raise InputError(
-            f"{video}: the white block is found in {seen.sum()} of the frames, of which there are "
-            f"{len(seen)}: half of them are needed, and two at least{advice if side else ''}"
-        )
-    return _measured(frames, seen, survey, tape_height_error, str(video))
+    with _named(video):
+        if len(places) < max(2, len(frames) / 2):
+            side = tape.lies_on_its_side(survey.picture)
+            advice = ": turn the film by a quarter, so that the belt runs from left to right"
+            raise InputError(
+                f"the white block is found in {len(places)} of the frames, of which there are "
+                f"{len(frames)}: half of them are needed, and two at least{advice if side else ''}"
+            )
+        moved, moved_error = settled(*map(np.array, zip(*(f.motion for f in frames), strict=True)))
+        lost_s = _stretches(time[~seen], time[seen])
+        moved, moved_error = moved[seen], moved_error[seen]
+        return read(survey, time[seen], lost_s, places, moved, moved_error, tape_height_error)
+
+
+@contextmanager
+def _named(video: str | Path) -> Iterator[None]:
+    """Name the video in what is refused of it."""
+    try:
+        yield
+    except InputError as reason:
+        raise InputError(f"{video}: {reason}") from None
 
 
 class _Frame(NamedTuple):
@@ -133,57 +92,25 @@ class _Frame(NamedTuple):
     motion: Motion  # of the picture since the survey
 
 
-def _measured(
-    frames: list[_Frame], seen: np.ndarray, survey: Survey, tape_height_error: float, name: str
-) -> Track:
-    """The track that the frames show."""
-    time = np.array([frame.time_s for frame in frames])
-    motions = np.array([frame.motion.values for frame in frames])
-    moved, moved_error = settled(motions, np.array([frame.motion.errors for frame in frames]))
-    blocks = [frame.place for frame in frames if frame.place]
-    reading = read(survey, blocks, moved[seen], moved_error[seen], tape_height_error)
-    if abs(reading.size - 1) > _SIZE + reading.size_error:
-        sides = " x ".join(f"{100 * side * reading.size:.2f}" for side in survey.sides_m)
-        raise InputError(
-            f"{name}: by the tape the white block has {sides} cm, so the tape lies higher or "
-            f"deeper than its top: lay it as high; or the block has another size: give it to a "
-            f"tenth of a millimetre, --block-length and --block-width in metres"
-        )
-    return Track(
-        time_s=time[seen],
-        x_m=reading.x_m,
-        error_m=reading.error_m,
-        metres_per_pixel=survey.ruler.metres_per_pixel,
-        angle=survey.angle + reading.slope,
-        lost_s=_stretches(time[~seen], time[seen]),
-        scale_error=reading.scale_error,
-        zero_error_m=reading.zero_error_m,
-        survey=survey,
-    )
-
-
-def _follow(
-    frames: Iterator[Frame], survey: Survey
-) -> Iterator[tuple[Frame, Place | None, Motion]]:
-    """Each frame with the place of the block, None where it is not found, and its motion."""
+def _follow(frames: Iterator[Frame], survey: Survey) -> Iterator[_Frame]:
+    """What is seen in each frame, looked for from where it was in the one before."""
     follower = Follower(survey.picture, survey.measure) if survey.measure else None
-    last, last_time, last_moved = None, 0.0, np.zeros(5)
-    for frame in frames:
-        motion = follower(frame.picture) if follower else Motion(np.zeros(5), np.zeros(5))
+    motion, last, last_time, last_moved = Motion(np.zeros(5), np.zeros(5)), None, 0.0, np.zeros(5)
+    for time_s, picture in frames:
+        if follower:
+            motion = follower(picture)
         if np.isfinite(motion.values[0]):
             if last is not None:
                 last = _carried(last, motion.values - last_moved, survey)
             last_moved = motion.values
-        farthest = _FASTEST * (frame.time_s - last_time) / survey.ruler.metres_per_pixel
+        farthest = _FASTEST * (time_s - last_time) / survey.ruler.metres_per_pixel
         place = None
         for reach in (min(survey.along, farthest), farthest, None):
             if place is None and (last is not None or reach is None):
-                place = _look(frame.picture, survey, last, reach)
+                place = _look(picture, survey, last, reach)
         if place is not None:
-            sides = survey.along, survey.across
-            place = white_block.with_sides(frame.picture, place, survey.angle, *sides)
-            last, last_time = place, frame.time_s
-        yield frame, place, motion
+            last, last_time = place, time_s
+        yield _Frame(time_s, place, motion)
 
 
 def _carried(place: Place, moved: np.ndarray, survey: Survey) -> Place:
@@ -211,11 +138,9 @@ def _look(
         regions = sorted(regions, key=lambda region: _distance(region, last))
     else:  # others are cut by the edge of the window
         regions = (seen for seen in regions if _distance(seen, last) < reach + survey.along / 2)
-    for region in regions:
-        place = white_block.place_block(picture, region, survey.angle, survey.along, survey.across)
-        if place is not None:
-            return place
-    return None
+    sides = survey.along, survey.across
+    places = (white_block.place_block(picture, one, survey.angle, *sides) for one in regions)
+    return next(filter(None, places), None)
 
 
 def _blocks(

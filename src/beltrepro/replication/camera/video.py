@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -48,10 +49,24 @@ def write_video(
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
+    stream, count = None, 0
     with replacing(path) as part:
         with av.open(str(part), "w") as container:
-            options = {"crf": str(compression), "preset": preset}
-            count = _encode(container, frames, frames_per_second, options)
+            for time_s, picture in frames:
+                frame = _to_be_written(picture)
+                if stream is None:
+                    rate = Fraction(frames_per_second).limit_denominator(1001)  # as containers do
+                    stream = container.add_stream("libx264", rate=rate)
+                    stream.height, stream.width = picture.shape[:2]
+                    stream.pix_fmt = _PIXELS
+                    stream.codec_context.time_base = _TICK
+                    stream.codec_context.color_range = frame.color_range
+                    stream.options = {"crf": str(compression), "preset": preset}
+                frame.pts, frame.time_base = round(time_s / _TICK), _TICK
+                container.mux(stream.encode(frame))
+                count += 1
+            if stream is not None:
+                container.mux(stream.encode())
         if not count:
             raise InputError(f"{path}: no frame to write")
     return count
@@ -70,30 +85,6 @@ def read_video(path: str | Path) -> Iterator[Frame]:
             yield from _decode(container, path)
     except av.FFmpegError:
         raise InputError(f"{path}: not a video that can be read") from None
-
-
-def _encode(
-    container: Any, frames: Iterable[Frame], frames_per_second: float, options: dict[str, str]
-) -> int:
-    """The number of frames."""
-    stream, count = None, 0
-    for time_s, picture in frames:
-        if stream is None:
-            rate = Fraction(frames_per_second).limit_denominator(1001)  # as containers hold it
-            stream = container.add_stream("libx264", rate=rate)
-            stream.height, stream.width = picture.shape[:2]
-            stream.pix_fmt = _PIXELS
-            stream.codec_context.time_base = _TICK
-            stream.options = options
-        frame = _to_be_written(picture)
-        if not count:
-            stream.codec_context.color_range = frame.color_range
-        frame.pts, frame.time_base = round(time_s / _TICK), _TICK
-        container.mux(stream.encode(frame))
-        count += 1
-    if stream is not None:
-        container.mux(stream.encode())
-    return count
 
 
 def _to_be_written(picture: np.ndarray) -> av.VideoFrame:
@@ -159,7 +150,5 @@ def _brightness(frame: av.VideoFrame) -> np.ndarray:
 
 def _whole_frames(container: Any, stream: Any) -> Iterator[av.VideoFrame]:
     """Frames until the end, or until the file breaks off."""
-    try:
+    with suppress(av.FFmpegError):
         yield from container.decode(stream)
-    except av.FFmpegError:
-        return

@@ -41,7 +41,7 @@ class Place(NamedTuple):
     error: float  # one standard error of the place along the belt, pixels
     length: float  # along the belt, pixels
     lean: float  # how its edges lean: pixels along the belt for each one across it
-    sides: tuple[float, ...] = (np.nan, np.nan)  # along the belt and across, for its size; pixels
+    sides: tuple[float, ...]  # along the belt and across, for its size; pixels
 
 
 def bright_rectangles(
@@ -68,16 +68,25 @@ def bright_rectangles(
 
 
 def _rectangles(white: np.ndarray, angle: float, ratio: float) -> Iterator[Region]:
-    """Connected regions (H, W) of bool with the shape of a block."""
+    """Connected regions (H, W) of bool that are rectangles across the belt, of this shape."""
     _, label, table, _ = cv2.connectedComponentsWithStats(white.view(np.uint8), connectivity=4)
     least = _SMALLEST**2 / min(ratio, 1 / ratio)
     for number, (left, top, width, height, area) in enumerate(table[1:].tolist(), 1):
         if area < least or area < 0.4 * width * height:
             continue
-        part = label[top : top + height, left : left + width] == number
-        region = _as_rectangle(part.view(np.uint8), area, angle)
-        if region and abs(np.log(region.along / region.across / ratio)) < np.log(1 + 1.5 * _SIDES):
-            yield region._replace(x=region.x + left, y=region.y + top)
+        part = (label[top : top + height, left : left + width] == number).view(np.uint8)
+        outline, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+        _, sides, tilt = cv2.minAreaRect(outline[0])
+        quarters = round((angle - tilt) / 90)
+        # Pixels reach half a pixel beyond their middles.
+        along, across = (side + 1 for side in (sides[::-1] if quarters % 2 else sides))
+        if (
+            abs(angle - tilt - 90 * quarters) <= _TILT
+            and area >= _FILLED * along * across
+            and abs(np.log(along / across / ratio)) < np.log(1 + 1.5 * _SIDES)
+        ):
+            sums = cv2.moments(part, binaryImage=True)
+            yield Region(left + sums["m10"] / area, top + sums["m01"] / area, along, across)
 
 
 def _apart(one: Region, other: Region) -> bool:
@@ -115,18 +124,11 @@ def place_block(
             break
     if not abs(length - along) < _SIDES * along + 1 or not error < 0.1 * along + 0.5:
         return None
-    return Place(region.x, region.y, error, length, lean)
-
-
-def with_sides(
-    picture: np.ndarray, place: Place, angle: float, along: float, across: float
-) -> Place:
-    """A place with the sides of the block, each measured in the same way."""
     sides = (
-        _extent(picture, Region(place.x, place.y, size, other), angle + turn)
+        _extent(picture, region._replace(along=size, across=other), angle + turn)
         for size, other, turn in ((along, across, 0.0), (across, along, 90.0))
     )
-    return place._replace(sides=tuple(sides))
+    return Place(region.x, region.y, error, length, lean, tuple(sides))
 
 
 def _extent(picture: np.ndarray, region: Region, angle: float) -> float:
@@ -148,38 +150,31 @@ def _extent(picture: np.ndarray, region: Region, angle: float) -> float:
     return _median((patch - dark).sum(axis=1) / (white - dark))
 
 
-def _as_rectangle(part: np.ndarray, area: int, angle: float) -> Region | None:
-    """A region (H, W) of 0 and 1 as a rectangle across the belt, None if it is none."""
-    outline, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    (_, _), (first, second), tilt = cv2.minAreaRect(outline[0])
-    # Pixels reach half a pixel beyond their middles.
-    sides = {tilt: first + 1, tilt + 90: second + 1}
-    off = {turn: abs((turn - angle + 90) % 180 - 90) for turn in sides}
-    near = min(off, key=off.__getitem__)
-    along, across = sides[near], sides[near - 90 if near > tilt else near + 90]
-    moments = cv2.moments(part, binaryImage=True)
-    if off[near] > _TILT or area < _FILLED * along * across:
-        return None
-    x, y = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
-    return Region(x, y, along, across)
-
-
 def _patch(
     picture: np.ndarray, region: Region, angle: float, half: int, rows: int
 ) -> np.ndarray | None:
     """The surroundings of a block (2 rows + 1, 2 half + 1), straightened, if they are all seen."""
-    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    reach_x = half * cosine + rows * abs(sine)
-    reach_y = rows * cosine + half * abs(sine)
-    height, width = picture.shape
-    if not (
+    (reach_x, reach_y), (height, width) = _reach(angle, half, rows), picture.shape
+    seen = (
         reach_x <= region.x <= width - 1 - reach_x and reach_y <= region.y <= height - 1 - reach_y
-    ):
-        return None
+    )
+    return around(picture, region, angle, half, rows) if seen else None
+
+
+def _reach(angle: float, half: int, rows: int) -> tuple[float, float]:
+    """How far the corners of a turned rectangle lie from its middle, along x and y."""
+    cosine, sine = np.cos(np.radians(angle)), abs(np.sin(np.radians(angle)))
+    return half * cosine + rows * sine, rows * cosine + half * sine
+
+
+def around(picture: np.ndarray, region: Region, angle: float, half: int, rows: int) -> np.ndarray:
+    """The surroundings of a block (2 rows + 1, 2 half + 1), straightened."""
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     turn = np.array([[cosine, -sine], [sine, cosine]])
     corner = np.array([region.x, region.y]) - turn @ (half, rows)
     # Only this window as numbers with parts: 8 bits would round what lies between pixels.
-    left, top = int(region.x - reach_x), int(region.y - reach_y)
+    reach_x, reach_y = _reach(angle, half, rows)
+    left, top = max(0, int(region.x - reach_x)), max(0, int(region.y - reach_y))
     window = picture[top : int(region.y + reach_y) + 2, left : int(region.x + reach_x) + 2]
     return cv2.warpAffine(
         window.astype(np.float32),

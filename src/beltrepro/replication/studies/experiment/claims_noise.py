@@ -103,6 +103,6 @@ def _posterior(evidence):
     return Measurement(
         also={
             "posterior of 1 to 2": measure.posterior_of_assigned(simulated, answer),
-            "before the trials": sure(measure.assigned_share_before(answer.levels["noise"])),
+            "before the trials": sure(measure.assigned_share(answer.levels["noise"])),
         }
     )

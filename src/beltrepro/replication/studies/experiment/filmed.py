@@ -9,12 +9,10 @@ import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.model.units import to_si
-from beltrepro.replication.camera import white_block
 from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.survey import Survey
 from beltrepro.replication.camera.tracking import SPRING
-from beltrepro.replication.camera.white_block import has_size
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.studies.experiment import films, observations
 from beltrepro.replication.studies.experiment import recording_figure as drawing
@@ -49,14 +47,15 @@ class Picture:
     time_s: float  # when it was taken
     brightness: np.ndarray  # what it shows
     survey: Survey  # where things are in it
-    lane: float  # middle of the chain, pixels from that of the picture, across the belt
 
     def place(self, x_m, y_m=0.0):
         """Pixel of a point, metres along the belt from the support and across it from the chain."""
         survey, ruler = self.survey, self.survey.ruler
         along = ruler.places(np.array([(x_m - ruler.first_m) / ruler.spacing_m]))
-        across = self.lane + survey.towards * y_m / ruler.metres_per_pixel
-        return survey.in_picture(float(along[0]), across)
+        lane = survey.across_belt(survey.block)
+        return survey.in_picture(
+            float(along[0]), lane + survey.towards * y_m / ruler.metres_per_pixel
+        )
 
     @property
     def white(self):
@@ -71,38 +70,24 @@ class Picture:
 def first_pictures(film, count):
     """The first frames of a film, surveyed as the tracker does."""
     frames = list(itertools.islice(film(), max(count, _SURVEYED)))
-    surveyed = [frame.picture for frame in frames[:_SURVEYED]]
-    how = {"metres_per_pixel": None, "first_mark": None, "support": "auto", "name": "film"}
-    survey = Survey.of(surveyed, Scene(), **how)
-    lane = _lane(frames[0].picture, survey)
-    return [Picture(frame.time_s, frame.picture, survey, lane) for frame in frames[:count]]
-
-
-def _lane(picture, survey):
-    """Where the white block is across the belt."""
-    opening = int(SPRING * survey.across)
-    shape = survey.along / survey.across
-    regions = white_block.bright_rectangles(picture, survey.angle, shape, opening)
-    sizes = survey.along, survey.across
-    return survey.across_belt(next(region for region in regions if has_size(region, *sizes)))
+    survey = Survey.of([frame.picture for frame in frames[:_SURVEYED]], Scene())
+    return [Picture(*frame, survey) for frame in frames[:count]]
 
 
 def draw_recording(trace, spectra, data, film):
     """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
     track = data[f"{film}_track"]
+    errors = {"scale_error": track.scale_error, "zero_error_m": track.zero_error_m}
     try:
-        errors = {"scale_error": track.scale_error, "zero_error_m": track.zero_error_m}
         recording = analyse(track.time_s, track.x_m, **errors)
     except NotEnoughDataError as reason:
         for axes in (trace, *spectra):
             panels.note(axes, str(reason))
         return
-    drawing.draw_trace(trace, recording)
+    disorder, small = drawing.draw_trace(trace, recording)
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
-    disorder, *others = trace.get_title().split("\n")
-    trace.set_title("")
     printed = _printed_disorder(data[film])
-    panels.remark(trace, "\n".join([speed(data[film]), disorder + printed, *others]))
+    panels.remark(trace, "\n".join([speed(data[film]), disorder + printed, small]))
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -125,9 +110,8 @@ def draw_recording(trace, spectra, data, film):
 
 def _printed_disorder(run):
     """Words for r of the recording at the belt speed of a run, if the paper prints one."""
-    velocity = run.attributes["belt_velocity"]
     for recorded in observations.EXPERIMENT:
-        if np.isclose(velocity, recorded.belt_velocity, rtol=observations.ALIKE, atol=0):
+        if observations.at_speed(recorded, run.attributes):
             return f" (paper, recorded: {recorded.disorder_parameter:g})"
     return ""
 

@@ -1,11 +1,12 @@
 """Numbers on the noise of the experiment: what trials of its length show, and what that implies."""
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model import units
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.experiment import inference, observations
@@ -117,17 +118,19 @@ def alternation(data) -> pd.DataFrame:
     names = (*_POINT, "lasting_share", "disorder_parameter")
     runs = pd.DataFrame({name: arrays[name] for name in names})
     runs["alternates"] = observations.alternates(arrays)
-    runs["all_slip_longest_s"] = units.to_si(arrays["all_slip_longest"], "time")
-    runs["all_slip"] = runs["all_slip_longest_s"] >= EXPERIMENT[0].lasting_s
+    runs["slip_s"] = units.to_si(arrays["all_slip_longest"], "time")
+    runs["slips"] = runs["slip_s"] >= EXPERIMENT[0].lasting_s
     grouped = runs.groupby(_POINT)
     table = pd.DataFrame({"runs": grouped.size(), "alternating": grouped["alternates"].sum()})
     shares = [share(*counts).numbers for counts in table[["alternating", "runs"]].to_numpy()]
     table[["share", "share_lower", "share_upper"]] = np.reshape(shares, (-1, 3))
-    table["lasting_share"] = grouped["lasting_share"].mean()
-    table["all_slip_longest_s"] = grouped["all_slip_longest_s"].max()
-    table["all_slip"] = grouped["all_slip"].sum()
-    table["r"] = grouped["disorder_parameter"].median()
-    return table.reset_index()
+    others = grouped.agg(
+        lasting_share=("lasting_share", "mean"),
+        all_slip_longest_s=("slip_s", "max"),
+        all_slip=("slips", "sum"),
+        r=("disorder_parameter", "median"),
+    )
+    return table.join(others).reset_index()
 
 
 def experiment_odds(data) -> pd.DataFrame:
@@ -171,8 +174,8 @@ def _odds(observation, trials) -> dict:
         "agrees": observations.agrees(observation, trials),
         "both": below & shown,
     }.items():
-        estimate = share(having.sum(), having.size)
-        row |= {name: estimate.value, f"{name}_lower": estimate.low, f"{name}_upper": estimate.high}
+        ends = (name, f"{name}_lower", f"{name}_upper")
+        row |= zip(ends, share(having.sum(), having.size).numbers, strict=True)
     return row
 
 
@@ -201,35 +204,22 @@ def fixed_but(simulated: inference.Simulated, free) -> inference.Simulated:
 def posterior(simulated: inference.Simulated, tolerance: float = TOLERANCE) -> inference.Posterior:
     """The posterior given both recordings, if enough trials agree with each."""
     answer = inference.posterior(simulated, RECORDED, tolerance)
-    observations.require_agreed(answer)
+    fewest = min(answer.agreed)
+    require(
+        fewest >= observations.MINIMUM_AGREED,
+        f"{fewest} trials agree with a recording, {observations.MINIMUM_AGREED} are needed",
+    )
     return answer
 
 
-def assigned_share(answer: inference.Posterior) -> float:
-    """Posterior of the noise that the paper assigns to the experiment."""
-    return between(answer.levels["noise"], answer.marginal("noise"), observations.ASSIGNED)
+def assigned_share(levels: np.ndarray, probability: np.ndarray | None = None) -> float:
+    """Probability of the noise that the paper assigns to the experiment; without one, beforehand.
 
-
-def assigned_share_before(levels: np.ndarray) -> float:
-    """The same before the trials."""
-    return between(levels, np.full(levels.size, 1 / levels.size), observations.ASSIGNED)
-
-
-def posterior_of_assigned(simulated: inference.Simulated, answer: inference.Posterior) -> Estimate:
-    """`assigned_share` with its interval; the trials of each combination are drawn anew."""
-    rng = np.random.default_rng(0)
-    resampled = []
-    for _ in range(estimates.RESAMPLES):
-        try:
-            drawn = inference.posterior(simulated.drawn_anew(rng), RECORDED, TOLERANCE)
-            resampled.append(assigned_share(drawn))
-        except NotEnoughDataError:
-            resampled.append(np.nan)
-    return estimates.from_resamples(assigned_share(answer), np.array(resampled), min(answer.agreed))
-
-
-def between(levels, probability, ends) -> float:
-    """Probability of a range of noise; a level stands for the noises half way, in ratio, around."""
+    A level stands for the noises half way, in ratio, around it.
+    """
+    ends = observations.ASSIGNED
+    if probability is None:
+        probability = np.full(levels.size, 1 / levels.size)
     if levels.size == 1:
         return float(ends[0] <= levels[0] <= ends[1])
     place = np.log(levels)
@@ -239,8 +229,20 @@ def between(levels, probability, ends) -> float:
     return float(below[1] - below[0])
 
 
+def posterior_of_assigned(simulated: inference.Simulated, answer: inference.Posterior) -> Estimate:
+    """`assigned_share` with its interval; the trials of each combination are drawn anew."""
+    levels, rng = answer.levels["noise"], np.random.default_rng(0)
+    resampled = np.full(estimates.RESAMPLES, np.nan)
+    for number in range(resampled.size):
+        with suppress(NotEnoughDataError):
+            drawn = inference.posterior(simulated.drawn_anew(rng), RECORDED, TOLERANCE)
+            resampled[number] = assigned_share(levels, drawn.marginal("noise"))
+    share_of_all = assigned_share(levels, answer.marginal("noise"))
+    return estimates.from_resamples(share_of_all, resampled, min(answer.agreed))
+
+
 def _posterior_row(simulated, free, tolerance) -> dict:
-    agreed = inference.agreement(simulated, RECORDED, tolerance)
+    agreed = simulated.agreeing(RECORDED, tolerance)
     row: dict[str, Any] = {
         "free": ", ".join(free),
         "tolerance": tolerance,
@@ -254,37 +256,25 @@ def _posterior_row(simulated, free, tolerance) -> dict:
         answer = inference.posterior(simulated, RECORDED, tolerance)
     except NotEnoughDataError:
         return row
-    row |= {"evidence": answer.evidence}
-    row |= {"held_out": inference.held_out(simulated, RECORDED, tolerance)}
+    row["evidence"] = answer.evidence
+    row["held_out"] = inference.held_out(simulated, RECORDED, tolerance)
     if min(answer.agreed) < observations.MINIMUM_AGREED:
         return row  # sets of so few trials would promise too much
-    row |= {"sigma_1_to_2": assigned_share(answer)}
-    row |= {"sigma_1_to_2_before": assigned_share_before(answer.levels["noise"])}
+    noises = answer.levels["noise"]
+    row["sigma_1_to_2"] = assigned_share(noises, answer.marginal("noise"))
+    row["sigma_1_to_2_before"] = assigned_share(noises)
     for name in free:
-        levels, chosen = answer.levels[name], answer.credible(name)
-        row[f"best_{name}"] = levels[np.argmax(answer.marginal(name))]
+        levels, marginal = answer.levels[name], answer.marginal(name)
+        chosen = inference.credible_set(marginal)
+        row[f"best_{name}"] = levels[np.argmax(marginal)]
         row[f"{name}_levels"] = "; ".join(f"{level:.3g}" for level in levels[chosen])
-    if tolerance == TOLERANCE:
-        row |= _calibration(simulated, free, tolerance)
-    return row | _predicted(answer, simulated)
-
-
-def _calibration(simulated, free, tolerance) -> dict:
-    """How posteriors do on trials with known parameters."""
-    try:
-        done = inference.calibrate(simulated, tolerance, shown=RECORDED.shown)
-    except NotEnoughDataError:
-        return {}
-    row: dict[str, float] = {"made_up": done.experiments, "unanswered": done.unanswered}
-    for name in free:
-        row[f"{name}_coverage"] = done.coverage[name].value
-        row[f"{name}_uniform_p"] = done.uniform_p[name]
-    return row
-
-
-def _predicted(answer, simulated) -> dict:
-    """r of both recordings under the posterior."""
-    row: dict[str, float] = {}
+    if tolerance == TOLERANCE:  # how posteriors do on trials with known parameters
+        with suppress(NotEnoughDataError):
+            done = inference.calibrate(simulated, tolerance)
+            row |= {"made_up": done.experiments, "unanswered": done.unanswered}
+            for name in free:
+                row[f"{name}_coverage"] = done.coverage[name].value
+                row[f"{name}_uniform_p"] = done.uniform_p[name]
     for name, values in zip(("r_022", "r_028"), np.exp(simulated.summary), strict=True):
         lower, median, upper = inference.predicted(answer, values, (0.05, 0.5, 0.95))
         row |= {name: median, f"{name}_lower": lower, f"{name}_upper": upper}

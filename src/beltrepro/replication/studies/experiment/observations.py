@@ -1,5 +1,6 @@
 """What the paper prints of its two recordings, and which trials show it (Secs. II and IV.B)."""
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from beltrepro.base.errors import require
 from beltrepro.model import units
 from beltrepro.replication.camera.recording import LASTING_S
 from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
-from beltrepro.replication.studies.experiment.inference import Posterior, Recorded, Simulated
+from beltrepro.replication.studies.experiment.inference import Simulated
 
 ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
 FRICTION_RATIO = 0.45  # printed, and measured (Sec. II)
@@ -40,7 +41,7 @@ EXPERIMENT = (
 )
 """At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
 
-RECORDED = Recorded([math.log(row.disorder_parameter) for row in EXPERIMENT], [True, True])
+RECORDED = [math.log(row.disorder_parameter) for row in EXPERIMENT]
 """ln r of both recordings; both show their regimes."""
 
 ASSIGNED = (1.0, 2.0)
@@ -97,15 +98,6 @@ def assigned(noise: np.ndarray) -> np.ndarray:
     return (noise >= ASSIGNED[0] - 1e-9) & (noise <= ASSIGNED[1] + 1e-9)
 
 
-def require_agreed(answer: Posterior) -> None:
-    """Refuse a posterior that rests on too few trials."""
-    fewest = min(answer.agreed)
-    require(
-        fewest >= MINIMUM_AGREED,
-        f"{fewest} trials agree with a recording, {MINIMUM_AGREED} are needed",
-    )
-
-
 def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
     """Trials at all noises, friction ratios and belt velocities, as pairs of recordings.
 
@@ -114,36 +106,30 @@ def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
     multiplied by one factor.
     """
     names = ("noise", "friction_ratio", "belt_velocity")
-    levels = [np.unique(arrays[name]) for name in names]
-    shape = [axis.size for axis in levels]
-    cells = np.prod(shape)
-    points = arrays["noise"].size
-    require(points and points % cells == 0, f"{points} trials are no grid of {cells} cells")
-    order = np.lexsort([arrays[name] for name in reversed(names)])
-    for axis, name in enumerate(names):
-        expected = np.moveaxis(arrays[name][order].reshape(*shape, -1), axis, 0)
-        require(
-            np.all(expected == levels[axis].reshape(-1, 1, 1, 1)), "the trials are no full grid"
-        )
-    first, second = _pairs(levels[2])
-    disorder, shown = [], []
-    for observation, place in zip(EXPERIMENT, (first, second), strict=True):
-        disorder.append(disorder_along_tape(arrays)[order].reshape(*shape, -1)[:, :, place])
-        shown.append(shows(observation, arrays)[order].reshape(*shape, -1)[:, :, place])
-    factor = levels[2][first] / EXPERIMENT[0].belt_velocity
-    axes = {"noise": levels[0], "friction_ratio": levels[1], "speed_factor": factor}
+    points = np.array([arrays[name] for name in names])
+    noise, ratio, velocity = levels = [np.unique(row) for row in points]
+    order = np.lexsort(points[::-1])
+    cells = np.array(list(itertools.product(*levels))).reshape(-1, 3).T
+    runs = points.shape[1] // max(1, cells.shape[1])
+    full = runs and np.array_equal(points[:, order], np.repeat(cells, runs, axis=1))
+    require(full, f"{points.shape[1]} trials are no full grid of {cells.shape[1]} cells")
+    wanted = velocity * EXPERIMENT[1].speed_m_s / EXPERIMENT[0].speed_m_s
+    pairs = np.nonzero(np.isclose(wanted[:, np.newaxis], velocity, rtol=ALIKE, atol=0))
+    require(pairs[0].size, "no two belt velocities have the ratio of those of the experiment")
+
+    def paired(values: list[np.ndarray]) -> np.ndarray:
+        """Values of the trials, as judged for each recording, at its velocities: (2, *C, R)."""
+        shape = (noise.size, ratio.size, velocity.size, runs)
+        of_both = zip(values, pairs, strict=True)
+        return np.stack([of_one[order].reshape(shape)[:, :, at] for of_one, at in of_both])
+
+    summary = np.log(paired([disorder_along_tape(arrays)] * 2))
+    shown = paired([shows(observation, arrays) for observation in EXPERIMENT])
+    factor = velocity[pairs[0]] / EXPERIMENT[0].belt_velocity
+    axes = {"noise": noise, "friction_ratio": ratio, "speed_factor": factor}
     smoothing = {
         name: width / np.diff(np.log(axes[name])).mean()
         for name, width in BANDWIDTH.items()
         if axes[name].size > 1
     }
-    return Simulated(axes, np.log(np.stack(disorder)), np.stack(shown), smoothing)
-
-
-def _pairs(velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the velocities that stand in the ratio of the speeds of the experiment."""
-    wanted = velocity * EXPERIMENT[1].speed_m_s / EXPERIMENT[0].speed_m_s
-    alike = np.isclose(wanted[:, np.newaxis], velocity, rtol=ALIKE, atol=0)
-    require(alike.any(), "no two belt velocities have the ratio of those of the experiment")
-    first, second = np.nonzero(alike)
-    return first, second
+    return Simulated(axes, summary, shown, smoothing)

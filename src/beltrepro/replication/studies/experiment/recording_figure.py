@@ -30,14 +30,17 @@ def draw_recording(recording):
     if len(names) == 2:  # one part is the whole
         names = [name for name in names if name != WHOLE]
     above, *below = figure.subplot_mosaic([["x"] * len(names), names]).values()
-    draw_trace(above, recording)
+    above.set_title("\n".join(draw_trace(above, recording)))
     for axes, name in zip(below, names, strict=True):
         draw_spectrum(axes, recording.spectra[name], name)
     return figure
 
 
 def draw_trace(axes, recording):
-    """x_N(t) in seconds and centimetres, with its mean; small amplitudes are shaded."""
+    """x_N(t) in seconds and centimetres, with its mean; small amplitudes are shaded.
+
+    Returns two lines of words, on r and on the small amplitude.
+    """
     time, position = recording.time_s.copy(), 100 * recording.x_m
     # A line across a gap would show what was not seen.
     gaps = np.flatnonzero(np.diff(time) > 3 * recording.interval_s) + 1
@@ -46,11 +49,9 @@ def draw_trace(axes, recording):
     for begin, end in recording.small_s:
         axes.axvspan(begin, end, color=style.GREEN, alpha=0.15, linewidth=0)
     axes.axhline(100 * recording.mean_length, color=style.GREY, linewidth=0.8, linestyle="--")
-    axes.set_title(
-        f"$r$ = {recording.disorder.words}\n"
-        f"small amplitude {100 * recording.small_share:.0f} % of the time, "
-        f"{np.diff(recording.small_s, axis=1).max(initial=0.0):.0f} s at most",
-    )
+    longest = np.diff(recording.small_s, axis=1).max(initial=0.0)
+    share = f"small amplitude {100 * recording.small_share:.0f} % of the time"
+    return f"$r$ = {recording.disorder.words}", f"{share}, {longest:.0f} s at most"
 
 
 def draw_spectrum(axes, spectrum, name):

@@ -6,12 +6,7 @@ import pandas as pd
 from beltrepro.model import units
 from beltrepro.replication.studies.experiment import observations
 
-_WORDS = {
-    "noise": "noise",
-    "noise, friction_ratio": "noise, friction ratio",
-    "noise, speed_factor": "noise, belt speed",
-    "noise, friction_ratio, speed_factor": "noise, friction ratio, belt speed",
-}
+_WORDS = {"noise": "noise", "friction_ratio": "friction ratio", "speed_factor": "belt speed"}
 _HALF = 0.5
 _STAGES = {
     "stage_tracker": "tracker alone: sharp, still, noiseless, lossless",
@@ -96,16 +91,13 @@ def _posterior(row: dict) -> dict:
     agrees = row["evidence"] > 0
     shares = row["sigma_1_to_2"], row["sigma_1_to_2_before"]
     return {
-        "free": _WORDS[row["free"]],
+        "free": ", ".join(_WORDS[name] for name in row["free"].split(", ")),
         "agreed": f"{row['agreed_022']} and {row['agreed_028']}",
         "trials": row["combinations"] * row["runs"],
         "evidence": f"{row['evidence']:.2g}",
         "held_out": f"{row['held_out']:.2g}" if agrees else "",
         "share": "{:.2g} ({:.2g})".format(*shares) if agrees and np.isfinite(shares).all() else "",
-        **{
-            name: _levels(row[f"{name}_levels"])
-            for name in ("noise", "friction_ratio", "speed_factor")
-        },
+        **{name: _levels(row[f"{name}_levels"]) for name in _WORDS},
     }
 
 
@@ -122,12 +114,11 @@ def _checked(rows: pd.DataFrame) -> dict | None:
     last = rows.iloc[-1]
     if pd.isna(last["made_up"]):
         return None
-    names = {"noise": "noise", "friction_ratio": "friction ratio", "speed_factor": "belt speed"}
     return {
         "made_up": int(last["made_up"]),
         "unanswered": int(last["unanswered"]),
         "coverage": ", ".join(
-            f"{last[f'{name}_coverage']:.0%} ({words})" for name, words in names.items()
+            f"{last[f'{name}_coverage']:.0%} ({words})" for name, words in _WORDS.items()
         ),
     }
 
