@@ -8,20 +8,7 @@ from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.studies.avalanches.fig09 import density_with_errors
 
 FIGURE = Figure(
-    title="Energies of avalanches at u = 1 for several numbers of blocks, and where they end.",
     uses=("slips_n3", "slips_u1", "slips_n7", "slips_n10"),
-    words=(
-        "Not in the paper, which shows five blocks. a: density of the energy dissipated in an "
-        "avalanche, of all avalanches. In a self-organised critical state the densities of all "
-        "lengths fall on one power law, which goes the further the longer the chain. Here they "
-        "have a hump at their end: the avalanches that take in the whole chain. b: where they "
-        "end, as the energy that one avalanche in a hundred exceeds, with its 95 % interval, and "
-        "the largest energy seen; the line is a power law through the former."
-    ),
-    alt=(
-        "Two panels on doubly logarithmic axes: densities of dissipated energy, a line for each "
-        "number of blocks, and the energy at which they end against the number of blocks."
-    ),
     category="Further studies",
     shows={"soc-cutoff": ("energy: growth with N",)},
 )

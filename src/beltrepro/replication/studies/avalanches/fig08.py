@@ -9,24 +9,7 @@ from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats.fits import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
-FIGURE = Figure(
-    title="Position and relative velocity of the last block at u = 1, with the spectrum.",
-    uses=("u1",),
-    words=(
-        "At low belt speed and without noise the last block moves in a sawtooth of unequal teeth. "
-        "Its velocity relative to the belt is zero between bursts. Below are the insets of the "
-        "paper: the spectrum of the whole series and the fastest slip. The spectrum A is that of "
-        "the amplitude, 2|X|/n of n samples over a time of 1e6: so the fitted line (solid) comes "
-        "close to the one that the paper prints (dashed), where it is called S. A is flat below "
-        "0.003 and bends downwards above it, so that no straight line fits it."
-    ),
-    alt=(
-        "Four panels: an irregular sawtooth of the position against time, bursts of relative "
-        "velocity, a spectrum with a fitted line and a dashed one, and a burst enlarged."
-    ),
-    number="8",
-    shows={"spectrum-exponent": ("exponent",)},
-)
+FIGURE = Figure(uses=("u1",), number="8", shows={"spectrum-exponent": ("exponent",)})
 
 SHOWN = 3000.0  # last part of the series that is drawn
 ZOOM = 30.0  # length of the enlarged part, around the fastest slip

@@ -8,21 +8,7 @@ from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
 
 FIGURE = Figure(
-    title="Distributions of slip sizes and of dissipated energies at u = 1.",
     uses=("slips_u1",),
-    words=(
-        "A line through the densities, each bin weighted by its count, has nearly the exponents "
-        "that the paper prints (dashed). The bins do not lie on it, and they span a decade only. "
-        "a: sizes of the slips of the last block. b: energies that the whole chain dissipates in "
-        "the avalanches in which the last block slips; an avalanche lasts as long as any block "
-        "slips. Open squares: in a sizes in the frame of the belt, in b energies of the slips of "
-        "the last block alone. There are five bins a decade. Error bars, mostly within the marks: "
-        "one standard error, from what each run changes in the density."
-    ),
-    alt=(
-        "Two densities on doubly logarithmic axes, of slip size and of dissipated energy, each "
-        "with error bars, a fitted straight line and a dashed one."
-    ),
     number="9",
     shows={"slip-size-exponent": ("exponent",), "slip-energy-exponent": ("exponent",)},
 )

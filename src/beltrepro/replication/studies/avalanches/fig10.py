@@ -7,23 +7,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats import sections
 
-FIGURE = Figure(
-    title="Poincaré section of the chaotic attractor at u = 1, by both integrators.",
-    uses=("slips_u1", "slips_u1_event"),
-    words=(
-        "The last block, its position and its velocity relative to the belt, lies on a folded, "
-        "layered set as for a simple chaotic oscillator at the moments when the second block "
-        "passes a fixed place backwards. a: motion by the scheme of the paper; b: exact motion. "
-        "Orange: points that repeat an earlier one, of the same run or another, to half a percent "
-        "of the extent of the section. They are no new points: the runs start within 0.001 of "
-        "each other, and in exact motion they stay together for long."
-    ),
-    alt=(
-        "Two panels of section points in the plane of position and relative velocity of the last "
-        "block: a folded set of thin layers."
-    ),
-    number="10",
-)
+FIGURE = Figure(uses=("slips_u1", "slips_u1_event"), number="10")
 
 STUCK = 1e-6  # a block slower than this relative to the belt is stuck
 DENSITY_FROM = 20_000  # points: fewer are drawn one by one

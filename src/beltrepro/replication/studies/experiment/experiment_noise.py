@@ -8,29 +8,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import measure, observations
 
-FIGURE = Figure(
-    title="What trials of the length of the experiment say about its two recordings.",
-    uses=("experiment_odds", "alternation", "trials_free"),
-    words=(
-        "Not in the paper. a: r of trials with the printed constants, at the two belt speeds of "
-        "the experiment; x_5 holds the lengths of the blocks, as in a recording. Dots are "
-        "medians, bars hold 95 % of the trials, and triangles are the smallest r of any trial. "
-        "Dashed lines are the values of the experiment, in the colours of the speeds. b: share of"
-        " the trials that show both regimes, each for 15 s or more, with f_s = 0.45, and 95 % "
-        "intervals, moved aside a little. Dashed lines are the belt speeds of the experiment. c: "
-        "which friction ratio and which factor on the belt speed agree with both recordings, "
-        "whatever the noise. The darker, the more probable. The cross stands for the printed "
-        "values. The probability is highest at the upper end of the speeds that were tried. d: how "
-        "probable each noise is, if the friction ratio, the belt speed or both are"
-        " free. The grey line is what was assumed before. The paper says 1 to 2 (shaded)."
-    ),
-    alt=(
-        "Four panels: r of trials against noise at both belt speeds, share of trials with both "
-        "regimes against belt velocity, posterior over friction ratio and factor on the belt "
-        "speed, and posterior of the noise."
-    ),
-    category="Further studies",
-)
+FIGURE = Figure(uses=("experiment_odds", "alternation", "trials_free"), category="Further studies")
 
 _LINES = 4  # most noises shown as lines
 _ASIDE = 0.25  # of u, by which the marks of one noise lie beside those of the next

@@ -6,19 +6,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangl
 from beltrepro.replication.drawing import style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Scheme of the chain on the belt.",
-    uses=(),
-    words=(
-        "The set-up: a row of blocks joined by springs lies on a moving belt; the first spring is"
-        " tied to a fixed point, so the belt drags the row until friction gives way."
-    ),
-    alt=(
-        "Drawing: five blocks joined by springs on a conveyor belt, the first tied to a wall, the"
-        " belt moving away from it."
-    ),
-    number="1",
-)
+FIGURE = Figure(uses=(), number="1")
 
 N_BLOCKS = 5
 _BLOCK = 0.62  # side of a block; places of blocks are 1, 2, ... N

@@ -6,21 +6,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import filmed
 
-FIGURE = Figure(
-    title="Snapshot of the virtual experiment, from above.",
-    uses=("belt_028", "belt_028_film"),
-    words=(
-        "A frame of the film that a virtual camera takes of the model; the recordings of the paper "
-        "are not published. The chain is held on the left, and the belt runs to the right. The top "
-        "of the last block is white, the others are black like the belt. A tape measure with a "
-        "mark every centimetre gives the length unit."
-    ),
-    alt=(
-        "A grey picture from above: four dark blocks and a white one in a row, joined by springs, "
-        "with a tape measure below. Arrows name the parts."
-    ),
-    number="2",
-)
+FIGURE = Figure(uses=("belt_028", "belt_028_film"), number="2")
 
 
 @style.styled

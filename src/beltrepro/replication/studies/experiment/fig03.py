@@ -7,21 +7,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import filmed
 
-FIGURE = Figure(
-    title="Thresholded frames at 24 per second, and the position of the last block from them.",
-    uses=("belt_028", "belt_028_film", "belt_028_track"),
-    words=(
-        "One second of the film of the virtual experiment, as the tracker sees it: each strip is a "
-        "frame after the threshold, cut to the lane of the chain, the next one below it. What "
-        "remains is the top of the last block. Dots mark the position that is tracked; to the "
-        "right it is seen over ten seconds, with this second shaded."
-    ),
-    alt=(
-        "Left: twenty-four black strips, in each a white rectangle with a dot, which moves to the "
-        "right and jumps back. Right: a sawtooth of the position against time, one second shaded."
-    ),
-    number="3",
-)
+FIGURE = Figure(uses=("belt_028", "belt_028_film", "belt_028_track"), number="3")
 
 STRIPS = 24
 SHOWN_S = 10.0

@@ -4,21 +4,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import filmed
 
-FIGURE = Figure(
-    title="Position of the last block at 0.22 m/s, with its spectrum.",
-    uses=("belt_022", "belt_022_track"),
-    words=(
-        "Tracked in a film of the virtual experiment, at the noise that the paper assigns to the "
-        "experiment. There, avalanches were broken by more than a minute in which all blocks "
-        "slip. Shaded green: small amplitude; x_5 and r as in Fig. 4. b: the spectrum of the "
-        "whole. c: a minute of a, shaded orange there, in which single slips are seen."
-    ),
-    alt=(
-        "Three panels: the position of the last block against time, its spectrum, and a minute of "
-        "it, a sawtooth without rest."
-    ),
-    number="5",
-)
+FIGURE = Figure(uses=("belt_022", "belt_022_track"), number="5")
 
 
 _ENLARGED_S = 60.0  # in which single slips are seen

@@ -15,7 +15,6 @@ from beltrepro.stats.intermittency import slips_of_all
 BELTS = ("belt_022", "belt_028", "belt_035")
 TABLES = {
     "recordings": Table(
-        title="Recordings of the virtual experiment, with the error of each stage.",
         uses=(
             "belt_022",
             "belt_028",
@@ -26,28 +25,7 @@ TABLES = {
             "stage_tracker_track",
             "stage_lens_track",
             "stage_sensor_track",
-        ),
-        columns={
-            "film": "name of the film",
-            "dataset": "what is filmed",
-            "belt_speed": "belt velocity (m/s)",
-            "seconds": "length of the film (s)",
-            "frames_per_second": "frames a second",
-            "frames": "frames in which the last block was found",
-            "r_run": "r of the run, at all instants; empty if only a part of it is filmed",
-            "r_sampled": "r of the positions at the instants of the frames, lost ones included",
-            "r_tracked": "r as tracked",
-            "mean_sampled": "mean of x_N at the instants of the frames (m)",
-            "mean_tracked": "mean of x_N as tracked (m)",
-            "small_sampled": "share of the time in lasting stretches of small amplitude, positions",
-            "small_tracked": "the same, as tracked",
-            "offset": "mean error of x_N (pixels)",
-            "scatter": "standard deviation of the error (pixels)",
-            "largest": "largest error (pixels)",
-            "told": "error that the tracker tells, root mean square (pixels)",
-            "scale": "relative error of the scale, from x_N",
-            "metres_per_pixel": "scale as measured (m)",
-        },
+        )
     )
 }
 

@@ -6,23 +6,7 @@ from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURE = Figure(
-    title="Disorder parameter r(u) for several noise strengths.",
-    uses=("n5_replicates", "n5_replicates_check", "n5_rows", "n5_rows_check"),
-    words=(
-        "The fall of r with belt velocity for several noise levels: little changes at weak noise;"
-        " stronger noise moves the fall to higher velocities and makes it gradual. a: single runs, "
-        "as in the paper, without noise by its scheme and with noise by the exact motion; crosses "
-        "are the other way round. Black strokes are the critical velocities that it prints for the "
-        "noises 0 and 2.2. Without noise a run ends on one of several attractors, and beyond u = "
-        "37 on those of large amplitude again. b: independent runs of the exact motion from starts "
-        "of their own, a small mark each. With noise, lines join their means where all lie on one "
-        "branch. Crosses are runs without noise by the paper's scheme."
-    ),
-    alt=(
-        "Two panels of r against belt velocity, a colour for each noise level: above, marks of "
-        "single runs over all velocities; below, dots of many runs with lines about the fall."
-    ),
-    number="13",
+    uses=("n5_replicates", "n5_replicates_check", "n5_rows", "n5_rows_check"), number="13"
 )
 
 LEFT_OUT = (0.25, 0.5)  # levels at which nothing differs from those beside them

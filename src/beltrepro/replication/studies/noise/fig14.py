@@ -8,21 +8,7 @@ from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
-FIGURE = Figure(
-    title="Bifurcation diagrams with noise, and r against noise at u = 7.",
-    uses=("n5_rows", "n5_u7"),
-    words=(
-        "Bifurcation diagrams at several noise levels, the weakest on top: the periodic windows "
-        "wash out. b, in the paper an inset: at u = 7, inside a window, r jumps up at some noise. "
-        "Small marks are runs, and the line their mean where all lie on one branch."
-    ),
-    alt=(
-        "Two panels: bifurcation diagrams for several noises over each other, and r against noise "
-        "at u = 7, which jumps beside two vertical lines."
-    ),
-    number="14",
-    shows={"sigma-c-u7": ("sigma_c",)},
-)
+FIGURE = Figure(uses=("n5_rows", "n5_u7"), number="14", shows={"sigma-c-u7": ("sigma_c",)})
 
 BELT_VELOCITY = 7.0
 

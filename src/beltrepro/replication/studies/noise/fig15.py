@@ -3,22 +3,7 @@
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Disorder parameter r against noise for u from 20 on.",
-    uses=("n5_columns",),
-    words=(
-        "At belt velocities of 20 and more, r rises with noise: steeply at 20, and at higher "
-        "velocities more gradually, its middle at stronger noise. a: one run at each point, as in "
-        "the paper; the dashed line guides the eye there too. Below: all runs with random numbers "
-        "of their own, a small mark each, and their mean where they lie on one branch. At weak "
-        "noise they end on several."
-    ),
-    alt=(
-        "A panel of r against noise with marks for each belt velocity, and below it a panel for "
-        "each belt velocity: dots of single runs and a line where they agree."
-    ),
-    number="15",
-)
+FIGURE = Figure(uses=("n5_columns",), number="15")
 
 GUIDE = 5.0  # a line at this sigma, only to guide the eye
 

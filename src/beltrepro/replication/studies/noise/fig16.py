@@ -6,25 +6,7 @@ from beltrepro.replication.drawing import alternation, panels, replicate_panels,
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats import sections
 
-FIGURE = Figure(
-    title="Noise-induced intermittency at sigma = 2.2, with power spectra.",
-    uses=("u17", "u19", "n5_replicates"),
-    words=(
-        "With noise, in the transition region, the last block alternates between long quiet "
-        "stretches and bursts of large swings, as in the experiment. a: the belt velocity of the "
-        "paper, which lies at the edge of the region. b: the critical velocity that it prints for "
-        "this noise. The window of time of each is chosen: of all of its length, the one nearest "
-        "to half laminar. Above it stands the laminar share of the whole series. Shaded: laminar "
-        "phases, that is, slips of the last block longer than 200. c and d: spectra of the whole "
-        "series, in the paper an inset. e: the share of time that laminar phases take, in runs "
-        "from starts of their own, and its mean; dashed: a and b."
-    ),
-    alt=(
-        "Five panels: two traces of the position of the last block, quiet stretches between bursts "
-        "shaded, their spectra side by side, and the share of quiet time, from 0 to 1, against u."
-    ),
-    number="16",
-)
+FIGURE = Figure(uses=("u17", "u19", "n5_replicates"), number="16")
 
 SHOWN = 60000.0  # length of the part of a series that is drawn
 VELOCITIES = (13.7, 24.3)  # shown in e

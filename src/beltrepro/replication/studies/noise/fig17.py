@@ -8,24 +8,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import intermittency, replicates, sections
 
-FIGURE = Figure(
-    title=(
-        "Natural distribution over belt velocity and velocity of the last block, for four noises."
-    ),
-    uses=("n5_rows",),
-    words=(
-        "The density of section velocities over belt velocity at four noise levels: windows "
-        "vanish, the edge of chaos softens, and at last noise fills the plane. Each column is one "
-        "run, of which the first crossings after the transient are kept. Marks at the foot explain "
-        "columns that are blank but for a narrow band: blue, the last block does not stick any "
-        "more; orange, both motions take turns, and the crossings kept may be of one of them."
-    ),
-    alt=(
-        "Four density maps over belt velocity and velocity of the last block, for rising noise, "
-        "with coloured marks at the foot of columns in which the block does not always stick."
-    ),
-    number="17",
-)
+FIGURE = Figure(uses=("n5_rows",), number="17")
 
 NOISES = (0.0, 1.0, 5.0, 10.0)
 BINS = 120

@@ -8,26 +8,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import intermittency, sections
 
-FIGURE = Figure(
-    title="Map of r over belt velocity and noise, with the points of intermittency.",
-    uses=("n5_map", "n5_replicates"),
-    words=(
-        "The disorder parameter over belt velocity and noise. In the paper white dots enclose the "
-        "range of intermittency, which ends above zero noise and widens at strong noise. Here they "
-        "are the first and the last intermittent point at each noise, in one run of limited length "
-        "each; small dots are those between them. A point is intermittent if its run takes turns "
-        "for a share of the time within the dotted lines of b. b: the share of time in laminar "
-        "phases, that is, slips of the last block longer than 200, in runs from starts of their "
-        "own, with its mean; without noise a run has one of both motions for good, and there is no "
-        "line."
-    ),
-    alt=(
-        "Two panels: a colour map of r over belt velocity and noise, with white dots about the "
-        "intermittent range; below, the share of laminar phases against belt velocity, dots of "
-        "runs and a line for each noise."
-    ),
-    number="18",
-)
+FIGURE = Figure(uses=("n5_map", "n5_replicates"), number="18")
 
 STEP = 0.02  # of r, from one colour to the next
 LEFT_OUT = (0.5,)  # noise at which b shows what it shows at 0 and 1

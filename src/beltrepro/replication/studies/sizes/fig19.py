@@ -8,7 +8,6 @@ from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURE = Figure(
-    title="Disorder parameter r(u) for several numbers of blocks.",
     uses=(
         "critical_velocities",
         "n5_replicates",
@@ -17,19 +16,6 @@ FIGURE = Figure(
         "n5_rows_check",
         "size_rows",
         "size_rows_check",
-    ),
-    words=(
-        "The fall of r with belt velocity lies far higher for seven and ten blocks than for five, "
-        "here at the noise 1. a: the numbers of blocks whose transition regions the paper prints "
-        "(black). The mark below each is the middle of the fall that we find, u_c, with its 95 % "
-        "interval. Small marks are independent runs from starts of their own, and lines join their "
-        "means where all lie on one branch. b: single runs of all numbers of blocks; crosses: "
-        "five blocks by the other integrator."
-    ),
-    alt=(
-        "Two panels of r against belt velocity, a colour for each number of blocks: above, marks "
-        "and lines for 5, 7 and 10 blocks under three black strips, with a mark and an error bar "
-        "below each; below, marks for all."
     ),
     number="19",
 )

@@ -6,30 +6,7 @@ from beltrepro.replication.drawing import alternation, panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats import sections
 
-FIGURE = Figure(
-    title="Intermittency of ten blocks without noise, at four belt velocities.",
-    uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"),
-    words=(
-        "Ten blocks without noise at four belt velocities in their transition region: quiet "
-        "stretches between bursts. In the preset paper they are short and rare at the two lower "
-        "velocities, and take about a fifth of the time at the two higher ones. Of each series "
-        "that part is shown that is nearest to half quiet. Chains a and b begin at rest; c and d "
-        "begin at random, from a start whose alternation lasts in the preset paper. Shaded: "
-        "laminar phases, that is, slips of the last block longer than 200. In a quiet part "
-        "without shade the last block sticks now and then. Where all of a panel is shaded, the "
-        "block had begun to slip for good before. e: when the last block sticks for the last "
-        "time, in runs from starts of their own, as a share of the length of the run. One that "
-        "sticks for the last time before the end slips for good: its alternation was a transient, "
-        "which ends at once in some runs and late in others. The red line is the share of runs "
-        "that stick to the end. Below the dotted line runs are still taken to settle."
-    ),
-    alt=(
-        "Five panels: in four of them the position of the last of ten blocks against time, with "
-        "shaded quiet stretches, more of them in the lower two. Below, dots for the last stick "
-        "of each of several runs against belt velocity, with the share that sticks to the end."
-    ),
-    number="20",
-)
+FIGURE = Figure(uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"), number="20")
 
 SHOWN = 10000.0  # length of the part of a series that is drawn
 N_BLOCKS = 10

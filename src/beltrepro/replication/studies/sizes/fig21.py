@@ -3,22 +3,7 @@
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(
-    title="Disorder parameter r against noise for several numbers of blocks.",
-    uses=("size_columns",),
-    words=(
-        "Noise raises r tenfold at five blocks (b). At seven (d) the rise is smaller and drawn "
-        "out, and at ten (e) most runs have the larger r already without noise. Six blocks (c) do "
-        "not rise, because their r has not yet fallen at this belt velocity. a: one run at each "
-        "point, as in the paper, where chance hides much of this. b to e: all runs with random "
-        "numbers of their own, a small mark each, and their mean where they lie on one branch."
-    ),
-    alt=(
-        "A panel of r against noise with marks for each number of blocks, and below it a panel for "
-        "each: dots of single runs and a line where they agree."
-    ),
-    number="21",
-)
+FIGURE = Figure(uses=("size_columns",), number="21")
 
 
 @style.styled

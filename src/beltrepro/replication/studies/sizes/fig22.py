@@ -4,20 +4,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats import sections
 
-FIGURE = Figure(
-    title="Bifurcation diagrams for 2, 3, 4, 6, 7 and 10 blocks.",
-    uses=("size_rows",),
-    words=(
-        "Without noise the section holds mostly lines up to four blocks, and bands from six on, "
-        "which reach to higher belt velocities the more blocks there are. Noise spreads the "
-        "lines, and changes little where there are bands. Bifurcation diagrams, the weakest noise "
-        "on top."
-    ),
-    alt=(
-        "Six panels for 2, 3, 4, 6, 7 and 10 blocks: bifurcation diagrams, a colour for each noise."
-    ),
-    number="22",
-)
+FIGURE = Figure(uses=("size_rows",), number="22")
 
 SIZES = (2, 3, 4, 6, 7, 10)
 MOST_NOISES = 3

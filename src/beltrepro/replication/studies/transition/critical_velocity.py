@@ -7,25 +7,12 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.verdicts.ledger import printed
 
 FIGURE = Figure(
-    title="Critical belt velocity against noise and number of blocks, over replicates.",
     uses=(
         "critical_velocities",
         "n5_replicates",
         "n5_replicates_check",
         "n5_replicates_wide",
         "size_replicates",
-    ),
-    words=(
-        "Strong noise and blocks beyond five move the fall of r to higher belt velocities. a: the "
-        "middle of the fall against noise, five blocks, from independent runs at each u. Without "
-        "noise it is also given for the paper's scheme, from starts of two spreads. b: the same "
-        "against the number of blocks, at two noises. Error bars: 95 % intervals, by drawing runs "
-        "anew. Pale bars: the transition region. Black: what the paper prints, critical "
-        "velocities at two noises in a, and transition regions of three numbers of blocks in b."
-    ),
-    alt=(
-        "Two panels of the critical velocity with error bars, against noise and against the number "
-        "of blocks, with the values of the paper as crosses and as lines."
     ),
     category="Further studies",
     shows={

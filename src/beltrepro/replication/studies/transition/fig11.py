@@ -7,23 +7,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition.transients import settled_orbit
 from beltrepro.replication.verdicts.ledger import printed
 
-FIGURE = Figure(
-    title="Chaotic transient and the motion that follows it at u = 20.",
-    uses=("u20",),
-    words=(
-        "At u = 20 without noise, irregular stick-slip motion ends abruptly. In the paper the last "
-        "block never sticks again, in a small periodic oscillation. On which orbit a run ends "
-        "depends on its start and on rounding: the words above the panels say what this one does. "
-        "Dashed, red: end of the transient, that is, the first state to which the motion comes "
-        "back after each period; or, if it does not repeat itself, the last stick. Dotted, black: "
-        "the end that the paper prints. c and d, in the paper insets: the ends of a and of b."
-    ),
-    alt=(
-        "Position and relative velocity of the last block against time: irregular swings up to a "
-        "dashed line and regular ones after it, and below them enlarged stretches of these."
-    ),
-    number="11",
-)
+FIGURE = Figure(uses=("u20",), number="11")
 
 PERIODS = 3  # that are enlarged, at the end
 ZOOM = 60.0  # least length of the enlarged part

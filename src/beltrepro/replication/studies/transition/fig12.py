@@ -11,7 +11,6 @@ from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURE = Figure(
-    title="Bifurcation diagram and r(u) without noise, with lifetimes and largest exponents.",
     uses=(
         "n5_rows",
         "n5_rows_check",
@@ -19,20 +18,6 @@ FIGURE = Figure(
         "motion_map",
         "lifetimes_wide",
         "survival",
-    ),
-    words=(
-        "The bifurcation diagram of section velocities and the disorder parameter r against belt "
-        "velocity without noise: bands with windows, then a sharp fall of r. Grey dots in b are "
-        "runs from other starts, which end on several attractors; where they fall lies the "
-        "critical velocity. Black: the region that the paper prints. c: the mean time for which "
-        "exact motion is irregular, and, as in the inset of the paper, the mean time until the "
-        "last block slips for good, of the runs in which it does by the paper's scheme. An arrow "
-        "stands where a lifetime has no upper limit. d, not in the paper: the largest Lyapunov "
-        "exponent of the exact motion, coloured by the motion in which a run ends."
-    ),
-    alt=(
-        "Four panels against belt velocity: section velocities and r as points, mean lifetimes of "
-        "transients with error bars, and largest Lyapunov exponents."
     ),
     number="12",
     shows={"u-critical": ("critical", "lower", "upper")},

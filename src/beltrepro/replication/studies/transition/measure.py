@@ -12,17 +12,7 @@ from beltrepro.stats.transitions import QUANTITIES
 
 TABLES = {
     "critical_velocities": Table(
-        title="Belt velocity at which r falls, over replicates.",
-        uses=("n5_replicates", "n5_replicates_check", "n5_replicates_wide", "size_replicates"),
-        columns={
-            "dataset": "the replicates",
-            "runs": "runs at each belt velocity",
-            "critical": "middle of the transition region (model velocity); empty if none is found",
-            "low": "lower end of its 95 % interval; empty if the runs tell none",
-            "high": "upper end",
-            "lower": "u at which the fall begins (model velocity)",
-            "upper": "u at which it ends (model velocity)",
-        },
+        uses=("n5_replicates", "n5_replicates_check", "n5_replicates_wide", "size_replicates")
     )
 }
 
