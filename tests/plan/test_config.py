@@ -248,6 +248,7 @@ def test_values_are_taken_up_to_their_limits(name, inner, outer):
         ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset standard has no"),
         ("films.belt_028.of", "n5_u7", "= 'n5_u7': must be a series of one point"),
         ("films.belt_028.of", "u17", "sample_interval is 0.1, 24 frames a second need 0.5448376"),
+        ("datasets.belt_022.sample_interval", 0.5448376 * 1.0012, "frames a second need"),
         ("films.belt_028.of", REMOVED, "films.belt_028.of is missing"),
         ("datasets.belt_022.samples", ["positions"], "its samples lack velocities"),
         ("datasets.a_track", {"like": "u1"}, "only films have names that end in _film or _track"),
@@ -266,6 +267,10 @@ def test_a_value_within_itself_is_one_line():
     whole = single()
     whole["datasets"]["one"]["noise"] = whole["datasets"]
     complaint(whole, "part of itself")
+
+
+def test_samples_of_a_film_may_be_a_thousandth_off_its_frames():
+    make_plan(changed(CONFIG, "datasets.belt_022.sample_interval", 0.5448376 * 1.0008))
 
 
 def test_the_last_block_of_the_shortest_chain_may_make_the_section():

@@ -62,12 +62,12 @@ def test_a_partition_that_there_is_not(install):
 
 
 def test_without_a_database_squeue_is_asked_if_slurm_remembers_jobs(install):
-    install(sacct=DISABLED, scontrol="echo 'MinJobAge               = 300 sec'")
+    install(sacct=DISABLED, scontrol="echo 'MinJobAge               = 216 sec'")
     assert status_command() == "squeue"
     why = "sacct: Slurm accounting storage is disabled"
     assert refused(slurm_account="physics") == f"slurm_account=physics: {why}; allowed is None"
-    install(sacct=DISABLED, scontrol="echo 'MinJobAge               = 60 sec'")
-    assert f"({why}), and Slurm forgets them after 60 s: MinJobAge above 180 s" in refused()
+    install(sacct=DISABLED, scontrol="echo 'MinJobAge               = 144 sec'")
+    assert f"({why}), and Slurm forgets them after 144 s: MinJobAge above 180 s" in refused()
     install(sacct=DISABLED, scontrol="exit 1")
     assert "(MinJobAge is not known)" in refused()
 

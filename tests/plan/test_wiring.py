@@ -2,9 +2,11 @@
 
 import ast
 import copy
+import inspect
 import re
 import runpy
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 import pandas as pd
@@ -16,12 +18,14 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import described, files, inputs, kinds, tables
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
-from beltrepro.replication.plan.points import CHAIN, QUANTITIES, points_of
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES, REQUIRED, points_of
 from beltrepro.replication.plan.workflow import Workflow
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflow"
 CONFIG = load_config(ROOT / "config.yaml")
+EMPTY = inspect.Parameter.empty
+METHODS = {"without_noise": "verlet", "with_noise": "event"}
 OTHER = {  # than those of `planned`, and sensible
     "method": "verlet",
     "tolerance": 1e-5,
@@ -85,6 +89,18 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
     assert len(heard) == len(names) + 1
 
 
+def test_defaults_of_settings_are_those_of_the_functions_that_get_them():
+    compared = 0
+    for kind in KINDS.values():
+        of_function = inspect.signature(resolve_name(kind.record)).parameters
+        for name in kind.settings:
+            own, default = SETTINGS[name].default, getattr(of_function.get(name), "default", EMPTY)
+            if own is not REQUIRED and default is not EMPTY:
+                compared += 1
+                assert own == (list(default) if isinstance(own, list) else default), name
+    assert compared > 8
+
+
 @pytest.mark.parametrize("name", [*QUANTITIES, *KINDS["scan"].settings, "dataset", "run", "preset"])
 def test_whatever_a_batch_is_told_is_known_of_its_file(tmp_path, name):
     spec = planned().batch_spec("one", "0000")
@@ -144,12 +160,16 @@ def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("noise", "words"),
-    [(0, "verlet"), (1, "event"), ([0, 1], "verlet (sigma = 0), event (sigma > 0)")],
+    ("noise", "method", "words"),
+    [
+        (0, "event", "event"),
+        (0, ["event", "verlet"], "event, verlet"),
+        ([0, 1], ["event", "verlet"], "event, verlet"),
+        ([0, 1], METHODS, "verlet (sigma = 0), event (sigma > 0)"),
+    ],
 )
-def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, words):
-    methods = {"without_noise": "verlet", "with_noise": "event"}
-    plan = planned(noise=noise, method=methods)
+def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, method, words):
+    plan = planned(noise=noise, method=method)
     arrays = kinds.columns(plan.datasets["one"].points)
     files.write(tmp_path / "one.h5", plan.dataset_spec("one"), arrays)
     assert files.read_any(tmp_path / "one.h5").attributes["method"] == words
