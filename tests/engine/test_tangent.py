@@ -74,15 +74,17 @@ def test_deviations_are_the_differences_of_twins(n_blocks, belt_velocity, until,
         (5, 20.0, 1.0, 60.0, 60, True),
     ],
 )
+@pytest.mark.parametrize("law", [{}, {"mass": 2.0, "friction_ratio": 0.4, "stiffness": 1.5}])
 def test_deviations_under_noise_are_the_differences_of_twins(
-    n_blocks, belt_velocity, noise, span, least, rests
+    n_blocks, belt_velocity, noise, span, least, rests, law
 ):
     """Twins with one cell of the noise and one stream.
 
     They have the same noise at the same instants until the whole chain rests. It begins anew with
     the first slip after that, which comes at different instants, and so does all noise after it.
     """
-    chain, apart = ChainParameters(n_blocks, belt_velocity, noise), 1e-4
+    chain, apart = ChainParameters(n_blocks, belt_velocity, noise, **law), 1e-4
+    least, rests = (6, None) if law else (least, rests)
     state = simulate(chain, duration=500.0, method="event", tolerance=1e-12).final_state
     way = np.random.default_rng(2).standard_normal(n_blocks)
     twins = [
