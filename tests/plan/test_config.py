@@ -290,6 +290,10 @@ def test_a_dataset_has_not_too_many_points():
     complaint(whole, words)
 
 
+BOMB = "".join(f"a{n}: &a{n} [{','.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 30))
+BOMB = f"a0: &a0 [x]\n{BOMB}"
+
+
 def test_files_that_cannot_be_read_are_one_line(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         config.load_config(tmp_path / "missing.yaml")
@@ -298,6 +302,8 @@ def test_files_that_cannot_be_read_are_one_line(tmp_path):
         ("just text", "must be a mapping"),
         ("", "must be a mapping"),
         ("a: 1\nb: {c: 1, 5: 2,\n  5: 3}", "broken.yaml, line 3: the key '5' is given twice"),
+        ("a: &a {b: *a}", "more than 100000 values, perhaps without end"),
+        (BOMB, "more than 100000 values, perhaps without end"),
         ("a: " + "[" * 100_000, "not YAML: maximum recursion depth exceeded"),
         ("a: !!python/object/apply:os.getcwd []", "line 1: could not determine a constructor"),
         ("a: 1\0", "not YAML: unacceptable character"),

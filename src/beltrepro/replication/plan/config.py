@@ -6,6 +6,7 @@ and `films`. `python -m beltrepro.replication.plan.config` prints the schema as 
 """
 
 import datetime
+import itertools
 import json
 import re
 import sys
@@ -41,10 +42,32 @@ from beltrepro.replication.plan.points import LAW, QUANTITIES, WORDS, Described,
 
 SOURCE = "config.yaml"
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
-MOST_BYTES = 1_000_000  # of a file of settings
+MOST_BYTES = 1_000_000  # of a file of settings, and values in it, with all that repeats itself
+MOST_VALUES = 100_000
 
 
-class _Loader(yaml.SafeLoader):
+class _Bounded(yaml.composer.Composer):
+    """Refuses what is short only because it repeats itself, or is part of itself."""
+
+    def get_single_node(self) -> yaml.Node | None:
+        whole = super().get_single_node()
+        left, nodes = MOST_VALUES, [whole]
+        while nodes:
+            node, left = nodes.pop(), left - 1
+            if left < 0:
+                raise InputError(f"more than {MOST_VALUES} values, perhaps without end")
+            if isinstance(node, yaml.MappingNode):
+                nodes += itertools.chain(*node.value)
+            elif isinstance(node, yaml.SequenceNode):
+                nodes += node.value
+        return whole
+
+
+class _Words(_Bounded, yaml.BaseLoader):
+    """Takes every value as text, as Snakemake does on the command line."""
+
+
+class _Loader(_Bounded, yaml.SafeLoader):
     """Refuses what Snakemake's loader takes for something else than it looks like.
 
     That one reads YAML 1.1, in which 5:30 is 330, 010 is 8, and on is true; and of a key that is
@@ -88,6 +111,16 @@ def _stop(node: Any, problem: str) -> NoReturn:
     raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
 
+def check_text(text: str, name: str) -> None:
+    """Refuse a value of the command line on which Snakemake would not end."""
+    try:
+        yaml.compose(text, _Words)
+    except yaml.YAMLError:
+        return  # it stays text
+    except (InputError, RecursionError) as error:
+        raise InputError(f"{name}: {error}") from None
+
+
 def load_config(path: str | Path) -> dict:
     """Read a YAML file."""
     text = reading.text(path, MOST_BYTES)
@@ -99,6 +132,8 @@ def load_config(path: str | Path) -> dict:
         raise InputError(f"{path}{place}: {error.context or ''} {error.problem}") from None
     except (yaml.YAMLError, RecursionError) as error:  # a character that no YAML file may have
         raise InputError(f"{path}: not YAML: {error}") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: must be a mapping of keys to values")
     return content

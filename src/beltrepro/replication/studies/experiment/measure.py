@@ -8,7 +8,7 @@ import pandas as pd
 
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model import units
-from beltrepro.replication.plan.registry import Table
+from beltrepro.replication.plan.registry import Table, tables
 from beltrepro.replication.studies.experiment import inference, observations
 from beltrepro.replication.studies.experiment.observations import EXPERIMENT, RECORDED, TOLERANCE
 from beltrepro.stats import estimates
@@ -53,8 +53,8 @@ def alternation(data) -> pd.DataFrame:
 
 def experiment_odds(data) -> pd.DataFrame:
     """A row for each dataset, recording and noise, and one for all noises together."""
-    entry, rows = TABLES["experiment_odds"], []
-    for name in entry.uses:
+    rows = []
+    for name in TABLES["experiment_odds"].uses:
         arrays, attributes = data[name].arrays, data[name].attributes
         length = units.to_si(attributes["duration"] - attributes["transient"], "time")
         for observation in EXPERIMENT:
@@ -65,7 +65,7 @@ def experiment_odds(data) -> pd.DataFrame:
                 place = {"dataset": name, "speed_m_s": observation.speed_m_s}
                 place |= {"recorded_s": length, "noise": noise}
                 rows.append(place | _odds(observation, trials))
-    return pd.DataFrame(rows, columns=list(entry.columns))
+    return pd.DataFrame(rows, columns=list(tables()["experiment_odds"].columns))
 
 
 def _odds(observation, trials) -> dict:
@@ -108,7 +108,7 @@ def experiment_posterior(data) -> pd.DataFrame:
         for free in FREE
         for tolerance in TOLERANCES
     ]
-    return pd.DataFrame(rows, columns=list(TABLES["experiment_posterior"].columns))
+    return pd.DataFrame(rows, columns=list(tables()["experiment_posterior"].columns))
 
 
 def fixed_but(simulated: inference.Simulated, free) -> inference.Simulated:
