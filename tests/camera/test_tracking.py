@@ -183,6 +183,22 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     assert again.lost_s.shape == (0, 2) and again.survey is None
 
 
+def test_a_tape_of_doubtful_height_makes_scale_and_zero_doubtful(tmp_path):
+    """About the middle of the picture, from a camera 0.8 widths of the picture away."""
+    movement, height = swaying(0.5), 0.0035
+    film(movement, tmp_path / "film.mp4")
+    sure = track(tmp_path / "film.mp4")
+    doubtful = track(tmp_path / "film.mp4", tape_height_error=height)
+    view = Framing.of(movement, Scene(), Camera())
+    middle = (view.width / 2 - view.left) * view.metres_per_pixel
+    more = [
+        math.sqrt(getattr(doubtful, name) ** 2 - getattr(sure, name) ** 2)
+        for name in ("scale_error", "zero_error_m")
+    ]
+    off = height / (0.8 * view.width * view.metres_per_pixel)
+    assert more == pytest.approx([off, off * middle], rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("long", "expected"), [((10, 10), (3, 10)), ((10, 8), (3, 5)), ((4, 4), None)]
 )
