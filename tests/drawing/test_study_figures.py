@@ -10,7 +10,6 @@ from test_figure_content import is_density, shown
 
 import drawn
 import figure_data as made
-from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.chaos import motion_map
@@ -210,15 +209,6 @@ def test_motion_map_marks_what_longer_runs_do():
         marks = set(map(tuple, panel.curve(words).points.astype(int)))
         assert expected and expected <= marks
         assert all(sizes[line] == 5 for _, line in marks - expected)  # many runs of five
-
-
-def test_motion_map_without_its_other_datasets_says_so():
-    panels = drawn.panels_of(made.draw("motion_map", {"motion_map": dataset("motion_map")}))
-    notes = " ".join(text for panel in panels for text in panel.texts)
-    for name in ("mean_lifetimes", "kicked", "steps"):
-        assert f"{name} is not there" in notes
-    with pytest.raises(InputError, match="figure needs the dataset motion_map"):
-        made.draw("motion_map", {})
 
 
 def settled(irregular, r, **quantity):

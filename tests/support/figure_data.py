@@ -314,9 +314,11 @@ def paired(kind):
 def agreement():
     """The comparisons of r and of the states reached."""
     noisy, ends = ([data.arrays for data in paired(kind).values()] for kind in ("r", "end"))
-    values = [{integrators.DISORDER: arrays["disorder_parameter"]} for arrays in noisy]
-    rows = integrators.compare_points(*noisy, *values) + integrators.compare_attractors(*ends)
-    return pd.DataFrame(rows)
+    names = ["n_blocks", "belt_velocity", "noise", "disorder_parameter"]
+    sides = (pd.DataFrame({name: arrays[name] for name in names}) for arrays in noisy)
+    renamed = (side.rename(columns={names[-1]: integrators.DISORDER}) for side in sides)
+    points = integrators.compare_points(*renamed)
+    return pd.DataFrame([*points, *integrators.compare_attractors(*ends)])
 
 
 PATH_TIME = np.arange(0.0, 100.25, 0.5)

@@ -48,16 +48,11 @@ ESTIMATE_COLUMNS = (
 
 
 class Measured(NamedTuple):
-    """Claims with their verdicts, and the numbers that these rest on.
+    """Claims with their verdicts, and the numbers that these rest on."""
 
-    claims : one row per claim in the order of the ledger, with the two verdicts, the sentences that
-        say what was found, and what decided. All cells are text. Columns COLUMNS.
-    estimates : one row per number of each reading, with its interval; a number that decides has the
-        question for which it does (both, if by the same range), the range that is allowed for it,
-        what that makes of it, and the figures that show it. Columns ESTIMATE_COLUMNS.
-    """
-
-    claims: pd.DataFrame
+    claims: pd.DataFrame  # a row for each claim in the order of the ledger; all cells are text
+    # A row for each number of each reading; one that decides has the question for which it does
+    # (both, if by the same range), what is allowed, and what that makes of it.
     estimates: pd.DataFrame
 
 
@@ -169,9 +164,6 @@ def _estimates(
                     deciding.setdefault(key, []).append(question)
             shown = registry.figures_with(claim.id, "" if reading == first else reading, name)
             for key, questions in (deciding or {(math.nan, math.nan, ""): []}).items():
-                cells = (
-                    *(claim.id, reading, name, *estimate.numbers, estimate.runs),
-                    *(", ".join(questions), *key),
-                    ", ".join(shown),
-                )
+                cells = (claim.id, reading, name, *estimate.numbers, estimate.runs)
+                cells += (", ".join(questions), *key, ", ".join(shown))
                 yield dict(zip(ESTIMATE_COLUMNS, cells, strict=True))

@@ -27,7 +27,7 @@ def draw(data):
     panels.letters(*axes)
     _paths(axes[0], axes[1], tested.arrays, reference.arrays)
     of_verlet, of_event = (
-        _rows(data["convergence"], varied, side.attributes["method"])
+        data["convergence"].query("varied == @varied and method == @side.attributes['method']")
         for varied, side in (("time_step", tested), ("tolerance", reference))
     )
     axes[2].set(xlabel="$dt$", ylabel="error")
@@ -40,12 +40,6 @@ def draw(data):
     if labels:
         figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
-
-
-def _rows(convergence, varied, method):
-    """Errors of a method, with what was varied: rows of the table as dicts."""
-    chosen = (convergence["varied"] == varied) & (convergence["method"] == method)
-    return convergence[chosen].to_dict("records")
 
 
 def _paths(left, right, tested, reference):
@@ -81,8 +75,8 @@ def _tolerances(axes, errors):
     axes.set(xlabel="mean step", ylabel="error")
     _errors(axes, errors, _AFTER_LONG_STEPS, order=FORCE_ORDER + 1)
     if axes.lines:
-        tolerances = [row["tolerance"] for row in errors]
-        axes.set_xlabel(f"mean step, tolerances {min(tolerances):g} to {max(tolerances):g}")
+        ends = errors["tolerance"].min(), errors["tolerance"].max()
+        axes.set_xlabel("mean step, tolerances {:g} to {:g}".format(*ends))
         limit = divergence.ROUNDING_OF_LONG_STEPS
         axes.axhline(limit, color=style.GREY, linewidth=0.6, linestyle=":")
 
@@ -107,20 +101,22 @@ def _shifts(axes, members, look):
 
 def _errors(axes, errors, after_events, *, order):
     """Errors with the fitted orders, at the point with most blocks up to 5 and the largest u."""
-    points = {_point(row) for row in errors}
-    if not points:
-        return
-    point = max({point for point in points if point[0] <= 5} or points)
-    axes.set_title(f"{errors[0]['method']}, $N = {point[0]}$, $u = {point[1]:g}$")
+    few = errors[errors["n_blocks"] <= 5]
+    for name in divergence.PLACE:
+        few = few[few[name] == few[name].max()]
+    errors = few.sort_values(["step", "error"])
     for index, n_events in enumerate(after_events):
-        rows = [row for row in errors if _point(row) == point and row["after_events"] == n_events]
-        if rows:
-            steps, sizes = zip(*sorted((row["step"], row["error"]) for row in rows), strict=True)
+        rows = errors[errors["after_events"] == n_events]
+        if len(rows):
             look = style.line_style(index) | {"markersize": 3, "linewidth": 0.9}
-            axes.loglog(steps, sizes, label=_label(rows[0]), **look)
+            axes.loglog(rows["step"], rows["error"], label=_label(rows.iloc[0]), **look)
     if not axes.lines:
         return
-    guide = np.array(steps) ** order
+    first, steps = errors.iloc[0], axes.lines[-1].get_xdata()
+    axes.set_title(
+        f"{first['method']}, $N = {first['n_blocks']}$, $u = {first['belt_velocity']:g}$"
+    )
+    guide = steps**order
     share = 0.3 * min(line.get_ydata()[-1] for line in axes.lines) / guide[-1]
     axes.plot(steps, share * guide, color=style.GREY, linewidth=0.8, label=f"order {order}")
     axes.xaxis.set_major_locator(FixedLocator(steps[:: max(1, len(steps) // 3)]))
@@ -136,7 +132,3 @@ def _label(row):
     if np.isfinite(row["order"]):
         words += rf": order ${row['order']:.2f} \pm {row['order_error']:.2f}$"
     return words
-
-
-def _point(row):
-    return tuple(row[name] for name in divergence.PLACE)

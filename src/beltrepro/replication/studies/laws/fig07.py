@@ -1,6 +1,6 @@
 """Fig. 7: friction force during one stick-slip event."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.patches import FancyArrowPatch
@@ -13,8 +13,7 @@ from beltrepro.replication.plan.registry import Figure
 FIGURE = Figure(uses=("friction_event",), number="7")
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(NamedTuple):
     """One stick-slip event: stuck from `begin`, slipping from `start` to `stop`; block 1-based."""
 
     block: int
@@ -77,7 +76,11 @@ def _draw_event(axes, enlarged, series, chain, event):
     external = np.full(time.size, np.nan)
     shown = stuck | slips
     external[shown] = external_force(series.arrays["positions"][shown], chain)[:, column]
-    _draw_phases(axes, external, friction, stuck, slips)
+    for phase, label, look in (
+        (stuck, "stuck: $F_f = -F_{ex}$", {"color": style.BLUE, "lw": 3.2, "dashes": (2.2, 1.1)}),
+        (slips, "slipping: $F_f = f_s F_{st}$", {"color": style.VERMILION, "lw": 0.5}),
+    ):
+        axes.plot(external[phase], friction[phase], label=label, rasterized=True, **look)
     _draw_noise(enlarged, external[slips], friction[slips], chain)
     if stuck.any() and slips.any():
         kinetic = float(np.mean(friction[slips]))
@@ -90,14 +93,6 @@ def _draw_event(axes, enlarged, series, chain, event):
     _draw_level(axes, chain.static_friction, "$F_{st_0}$")
     _draw_level(axes, chain.friction_ratio * chain.static_friction, "$f_s F_{st_0}$")
     panels.remark(axes, f"block {event.block} of {chain.n_blocks}, slip at $t$ = {event.start:.2f}")
-
-
-def _draw_phases(axes, external, friction, stuck, slips):
-    for phase, label, look in (
-        (stuck, "stuck: $F_f = -F_{ex}$", {"color": style.BLUE, "lw": 3.2, "dashes": (2.2, 1.1)}),
-        (slips, "slipping: $F_f = f_s F_{st}$", {"color": style.VERMILION, "lw": 0.5}),
-    ):
-        axes.plot(external[phase], friction[phase], label=label, rasterized=True, **look)
 
 
 def _draw_noise(axes, external, friction, chain):
