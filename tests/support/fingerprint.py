@@ -5,10 +5,12 @@ A fingerprint changes with any number, order, colour or letter of a thing, and n
 or not. It cannot tell right from wrong: the tests themselves do. To write it anew after a change
 that is meant:
 
-    FINGERPRINTS=write make test ARGS="-n 0 -m 'not slow'"
+    rm tests/data/fingerprints.json
+    FINGERPRINTS=write make test ARGS="-m 'not slow'"
 """
 
 import contextlib
+import fcntl
 import functools
 import hashlib
 import json
@@ -67,14 +69,19 @@ def of_test(name):
 
 def write():
     """Write the list anew, if that is asked for; entries of tests that did not run stay."""
-    if _written:
-        text = json.dumps(_known() | _written, sort_keys=True)
-        LIST.write_text(text.replace("]], ", "]],\n") + "\n", encoding="utf-8")
+    if not _written:
+        return
+    with LIST.open("a+", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)  # workers end at the same time
+        file.seek(0)
+        text = json.dumps(json.loads(file.read() or "{}") | _written, sort_keys=True)
+        file.truncate(0)
+        file.write(text.replace("]], ", "]],\n") + "\n")
 
 
 @functools.cache
 def _known():
-    return json.loads(LIST.read_text(encoding="utf-8")) if LIST.exists() else {}
+    return json.loads(LIST.read_text(encoding="utf-8"))
 
 
 def of(thing):
