@@ -270,7 +270,7 @@ def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:
 
 def check_duration(duration: Any) -> float:
     """Duration of a run."""
-    return checks.positive("duration", duration, LIMITS["duration"]["le"])
+    return checks.within("duration", duration, **LIMITS["duration"])
 
 
 def _is_several(name: str, value: Any) -> bool:
@@ -325,10 +325,10 @@ _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "method": partial(names.one_of, allowed=METHODS),
     "time_step": partial(checks.within, **LIMITS["time_step"]),
     "tolerance": check_tolerance,
-    "kick": partial(checks.not_negative, most=LIMITS["kick"]["le"]),
+    "kick": partial(checks.within, **LIMITS["kick"]),
     "seed": partial(_or_none, checks.key),
     "replicate": partial(_or_none, checks.key),
-    "initial_spread": partial(checks.not_negative, most=LIMITS["initial_spread"]["le"]),
+    "initial_spread": partial(checks.within, **LIMITS["initial_spread"]),
     "initial_state": partial(_or_none, check_state),
     "initial_positions": partial(_or_none, checks.series),
 }
