@@ -122,6 +122,7 @@ def test_picture_of_one_value_and_of_several(two, tmp_path):
     [
         (Grid([1, 2], 5.0), "of 2 numbers of blocks"),
         (Grid(2, [5.0, 6.0], friction_ratio=[0.4, 0.5]), "belt_velocity, friction_ratio"),
+        ([ChainParameters(2, 5.0, mass=(1.0, m)) for m in (1.0, 2.0)], "mass differs among the bl"),
         (ChainParameters(2, 5.0, noise=1.0), "noise = 1"),
         (Setup(ChainParameters(2, 5.0), method="verlet"), "verlet"),
     ],
