@@ -1,11 +1,13 @@
 """Basins: closed answers, the two motions at u = 15, labels along the belt velocity."""
 
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
+from matplotlib.mathtext import MathTextParser
 
 from beltrepro import (
     ChainParameters,
@@ -17,9 +19,11 @@ from beltrepro import (
     orbit_branch,
     slipping_state,
 )
+from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import basins_picture
 from beltrepro.chaos.basins import Attractor, Basins
+from beltrepro.chaos.continuation import QUANTITIES
 from beltrepro.stats import estimates
 
 attraction = sys.modules[Basins.__module__]  # `basins` is a function, too
@@ -118,6 +122,7 @@ def test_picture_of_one_value_and_of_several(two, tmp_path):
     [
         (Grid([1, 2], 5.0), "of 2 numbers of blocks"),
         (Grid(2, [5.0, 6.0], friction_ratio=[0.4, 0.5]), "belt_velocity, friction_ratio"),
+        ([ChainParameters(2, 5.0, mass=(1.0, m)) for m in (1.0, 2.0)], "mass differs among the bl"),
         (ChainParameters(2, 5.0, noise=1.0), "noise = 1"),
         (Setup(ChainParameters(2, 5.0), method="verlet"), "verlet"),
     ],
@@ -193,6 +198,15 @@ def test_the_picture_draws_the_numbers_of_the_attractors():
             assert bar.get_facecolor() == colours[label]
             below += reached / 7
     assert shares.get_ylim() == (0, 1)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_the_picture_can_be_drawn_along_every_constant(quantity):
+    one = made_up(SEVEN)
+    figure = basins_picture.draw(replace(one, quantity=quantity, runs={quantity: [*SEVEN]}))
+    label = figure.axes[0].get_xlabel()
+    assert names.SYMBOLS[label.strip("$")] == quantity
+    MathTextParser("path").parse(label)
 
 
 def test_bars_of_one_value_have_the_intervals_of_their_shares():

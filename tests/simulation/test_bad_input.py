@@ -258,6 +258,15 @@ def test_misspelt_and_missing_arguments_are_named(name):
             line(caught.value, repr(argument), "missing")
 
 
+@pytest.mark.parametrize(
+    "name", ["simulate", "scan", "catalogue", "classify", "lyapunov_spectrum", "periodic_orbit"]
+)
+def test_numbers_without_a_name_are_told_how_to_write_them(name):
+    with pytest.raises(InputError) as caught:
+        CALLS[name][0](CHAIN, 1000, 300)
+    line(caught.value, f"{name}: write duration=1000, transient=300")
+
+
 def test_symbols_of_the_paper_are_understood():
     for symbol, name in names.SYMBOLS.items():
         assert names.hint(symbol, [name, "other"]) == f"; did you mean {name!r}?"

@@ -100,6 +100,12 @@ def test_without_xarray_one_line_says_so(returned, monkeypatch):
         returned["Results"].to_xarray()
 
 
+def test_a_constant_of_each_block_is_no_axis():
+    chains = [ChainParameters(2, 5.0, mass=(1.0, mass)) for mass in (2.0, 1.0, 3.0)]
+    with pytest.raises(InputError, match="mass differs among the blocks"):
+        scan(chains, duration=50).to_xarray()
+
+
 def test_samples_of_a_run_have_a_column_for_each_block(returned):
     run = returned["Run"]
     table = run.table()

@@ -150,9 +150,9 @@ def test_one_chain_with_sequences_is_simulated_for_each_of_their_values():
         alone = simulate(CHAIN, initial_positions=start, replicate=replicate, **options)
         assert run == alone and run.initial_state.positions.tolist() == start
     runs = simulate(NOISY, replicate=iter(range(3)), **START, **options)
-    starts = [START["initial_positions"]] * 3
-    several = {"replicate": range(3), "initial_positions": starts}
-    assert runs == simulate([NOISY] * 3, **several, **options)
+    several = {"replicate": range(3), **options}
+    for starts in (START["initial_positions"], [START["initial_positions"]] * 3):
+        assert runs == simulate([NOISY] * 3, initial_positions=starts, **several)
 
 
 def test_the_start_is_at_rest_on_undeformed_springs():
@@ -332,12 +332,17 @@ LATER, STEPS = {"initial_state": STATE}, {"method": "verlet"}
         (CHAIN, {"kick": 0.1}, "kick = 0.1: only for separation and time_to_orbit"),
         (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
         (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
-        ([CHAIN] * 2, {"initial_positions": [[60.0, 110.0]]}, "of length 1: one array for each"),
+        ([CHAIN] * 2, {"initial_positions": [[60.0, 110.0]]}, "of length 1: one value for all"),
+        (NOISY, {"initial_positions": [50.0, 100.0]}, "3 numbers are needed"),
         (NOISY, {"initial_state": STATE}, "initial_state of 2 blocks: a chain of n_blocks = 3"),
         (CHAIN, LATER | {"initial_positions": [60.0, 110.0]}, "initial_positions: not together"),
         (CHAIN, LATER | {"initial_spread": 0.1}, "initial_spread: not together with initial_state"),
         (CHAIN, LATER | STEPS | {"time_step": 0.003}, "initial_state at t = 0.5: method 'verlet'"),
         (CHAIN, STEPS | {"sample_interval": 0.5445}, "'verlet' needs a multiple of time_step"),
+        (CHAIN, STEPS | {"tolerance": 1e-8}, "tolerance = 1e-08: method 'verlet' has none"),
+        ([CHAIN] * 2, STEPS | {"time_step": [0.1] * 3}, "time_step of length 3: one value for all"),
+        (CHAIN, {"method": "rk4"}, "method = 'rk4': allowed are verlet, event"),
+        (CHAIN, {"sample_interval": 0.0}, "sample_interval = 0: must be greater than 0"),
         (CHAIN, {"sample_start": 11}, "sample_start = 11: must be at most duration = 10"),
     ],
 )

@@ -65,25 +65,19 @@ def within(
     number = finite_number(name, value)
     if gt < number < lt and ge <= number <= le:
         return number
-    low = f"greater than {gt:g}" if gt > ge else f"at least {ge:g}"
-    high = f"below {lt:g}" if lt < le else f"at most {le:g}"
-    raise InputError(f"{name} = {number:g}: must be {low} and {high}")
+    ends = {"greater than": gt, "at least": ge, "below": lt, "at most": le}
+    limits = " and ".join(f"{word} {end:g}" for word, end in ends.items() if math.isfinite(end))
+    raise InputError(f"{name} = {number:g}: must be {limits}")
 
 
 def positive(name: str, value: Any, most: float = math.inf) -> float:
     """A number greater than 0, and at most `most`."""
-    if finite_number(name, value) <= 0:
-        raise InputError(f"{name} = {float(value):g}: must be greater than 0")
-    return not_negative(name, value, most)
+    return within(name, value, gt=0, le=most)
 
 
 def not_negative(name: str, value: Any, most: float = math.inf) -> float:
     """A number of 0 or greater, and at most `most`."""
-    number = finite_number(name, value)
-    if 0 <= number <= most:
-        return number
-    limit = "0 or greater" if number < 0 else f"at most {most:g}"
-    raise InputError(f"{name} = {number:g}: must be {limit}")
+    return within(name, value, ge=0, le=most)
 
 
 def key(name: str, value: Any) -> int:

@@ -207,7 +207,10 @@ def _differing(made: Setup) -> str:
     ]
     if len(differing) > 1:
         raise InputError(f"chains: differ in {', '.join(differing)}, in one of them they may")
-    return differing[0] if differing else "belt_velocity"
+    quantity = differing[0] if differing else "belt_velocity"
+    if any(isinstance(getattr(chain, quantity), tuple) for chain in chains):
+        raise InputError(f"chains: {quantity} differs among the blocks, one number is needed")
+    return quantity
 
 
 @dataclass(eq=False)

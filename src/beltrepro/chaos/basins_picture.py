@@ -49,8 +49,9 @@ def _draw_disorder(axes, basins):
         places = [[one.value for one in those], [one.disorder_parameter for one in those]]
         colours = [_colour(attractor.label) for attractor in those]
         axes.scatter(*places, s=14, marker=marker, c=colours, label=state if those else "")
-    symbols = {name: symbol for symbol, name in SYMBOLS.items()}
-    axes.set(xlabel=f"${symbols[basins.quantity]}$", ylabel="$r$", yscale="log")
+    symbol = {name: symbol for symbol, name in SYMBOLS.items()}[basins.quantity]
+    label = f"${symbol}$" if len(symbol) == 1 else symbol  # Delta_l_max is no formula
+    axes.set(xlabel=label, ylabel="$r$", yscale="log")
     axes.legend()
 
 

@@ -54,6 +54,13 @@ class SpecialPoint(NamedTuple):
     text: str
 
 
+def _of_orbits(name: str, meaning: str) -> property:
+    """A quantity of the orbits of a branch, as an array with first axis P."""
+    return property(
+        lambda branch: np.array([getattr(orbit, name) for orbit in branch.orbits]), doc=meaning
+    )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class OrbitBranch(Tabled):
     """A periodic orbit along a constant of the chain: a branch of P orbits.
@@ -95,6 +102,14 @@ class OrbitBranch(Tabled):
     upper_end: SpecialPoint
     passed: tuple[SpecialPoint, ...]
 
+    period_time = _of_orbits("period_time", "Periods (P,), model time.")
+    multipliers = _of_orbits("multipliers", "Multipliers (P, 2N), largest modulus first.")
+    largest_multiplier = _of_orbits(
+        "largest_multiplier", "The largest (P,) besides the trivial one."
+    )
+    disorder_parameter = _of_orbits("disorder_parameter", "r (Eq. 4) of each orbit (P,).")
+    mean_length = _of_orbits("mean_length", "<x_N> (P,) of each orbit.")
+
     @property
     def parameter(self) -> np.ndarray:
         """Values (P,) of the quantity."""
@@ -111,34 +126,9 @@ class OrbitBranch(Tabled):
         return self.upper_end.parameter
 
     @property
-    def period_time(self) -> np.ndarray:
-        """Periods (P,), model time."""
-        return np.array([orbit.period_time for orbit in self.orbits])
-
-    @property
-    def multipliers(self) -> np.ndarray:
-        """Multipliers (P, 2N), largest modulus first."""
-        return np.array([orbit.multipliers for orbit in self.orbits])
-
-    @property
-    def largest_multiplier(self) -> np.ndarray:
-        """The largest (P,) besides the trivial one."""
-        return np.array([orbit.largest_multiplier for orbit in self.orbits])
-
-    @property
     def stable(self) -> np.ndarray:
         """Whether each orbit (P,) attracts."""
         return np.abs(self.largest_multiplier) < 1
-
-    @property
-    def disorder_parameter(self) -> np.ndarray:
-        """r (Eq. 4) of each orbit (P,)."""
-        return np.array([orbit.disorder_parameter for orbit in self.orbits])
-
-    @property
-    def mean_length(self) -> np.ndarray:
-        """<x_N> (P,) of each orbit."""
-        return np.array([orbit.mean_length for orbit in self.orbits])
 
     def _columns(self) -> dict[str, Any]:
         return {

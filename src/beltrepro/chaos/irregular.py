@@ -12,6 +12,7 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
+from beltrepro.chaos.naming import NO_PERIOD, period_of
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
@@ -168,17 +169,17 @@ class _Run:
         self.last_event = max(self.last_event, log.last_event[lane])
         if len(states):
             self.motion["return_state"] = states[-1]
-        closing = self._closing(states, times, middle, closed) if len(times) > 2 else None
-        period = int(slips[-1] - slips[-1 - closing.crossings]) if closing else 0
-        since = self._repeats_since(period) if period else np.inf
+        closing = self._closing(states, times, middle, closed)
+        period = period_of(closing, slips)
+        events = int(period["period_events"])
+        since = self._repeats_since(events) if events else np.inf
         if closing and scatters(self.case):
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
-        if self.last_event <= middle or (closing and not period):
+        if self.last_event <= middle or (closing and not events):
             self._settle(EQUILIBRIUM, max(self.last_event, self.start))
         elif closing and since <= middle:
-            counts = {"period_events": period, "period_returns": closing.crossings}
-            self._settle(PERIODIC, since, period_time=closing.time, **counts)
+            self._settle(PERIODIC, since, **period)
 
     def _closing(
         self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
@@ -226,9 +227,7 @@ class _Run:
 
 _UNKNOWN = {
     "state": IRREGULAR,
-    "period_time": np.nan,
-    "period_events": 0,
-    "period_returns": 0,
+    **NO_PERIOD,
     "disorder_parameter": np.nan,
     "mean_length": np.nan,
     "return_state": np.empty(0),

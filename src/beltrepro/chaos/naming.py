@@ -8,7 +8,6 @@ from typing import Unpack
 
 import numpy as np
 
-from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import check_method, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Sampling, Section
@@ -22,7 +21,7 @@ from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import name_motion
-from beltrepro.stats.recurrence import find_recurrence
+from beltrepro.stats.recurrence import Recurrence, find_recurrence
 
 _SAMPLES = Sampling(1, 0.1)  # for r
 LENGTHS = ("disorder_parameter", "mean_length")
@@ -143,18 +142,23 @@ def _judged(
     length = moments.result(members[0].parameters.rest_positions[-1])
     rows = []
     for lane, case in enumerate(members):
-        period, n_returns = _period(log, lane)
+        times, states, slips = log.returns(lane)
+        closed = find_recurrence(states, times)
         state = name_motion(
             turns=bool(log.last_event[lane] > half),
-            closed=bool(period["period_returns"]),
+            closed=closed is not None,
             exponents=exponents[lane],
             standard_error=errors[lane],
             time=(1 - _ALIGNED) * observed,
-            returns=n_returns,
+            returns=len(times),
             noisy=case.parameters.noise > 0,
         )
         first = int(np.argmax(exponents[lane]))
-        row = {"state": state, **period, "largest_exponent": exponents[lane, first]}
+        row = {
+            "state": state,
+            **period_of(closed, slips),
+            "largest_exponent": exponents[lane, first],
+        }
         row["standard_error"] = errors[lane, first]
         rows.append(row | {name: length[name][lane] for name in LENGTHS})
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -178,18 +182,15 @@ def _after(
     return with_vectors(before, members, size, _SAMPLES, section, noise_clock)
 
 
-def _period(log: ReturnLog, lane: int) -> tuple[dict, int]:
-    """The period of the returns of a chain, and how many returns there are."""
-    times, states, slips = log.returns(lane)
-    try:
-        closed = find_recurrence(states, times)
-    except NotEnoughDataError:
-        closed = None
+NO_PERIOD = {"period_time": np.nan, "period_events": 0, "period_returns": 0}
+
+
+def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:
+    """What is told of the period of returns, from the number of slips before each of them."""
     if closed is None:
-        return {"period_time": np.nan, "period_events": 0, "period_returns": 0}, len(times)
-    period = {
+        return NO_PERIOD
+    return {
         "period_time": closed.time,
         "period_events": int(slips[-1] - slips[-1 - closed.crossings]),
         "period_returns": closed.crossings,
     }
-    return period, len(times)

@@ -12,7 +12,7 @@ from typing import NamedTuple, Unpack
 import numpy as np
 
 from beltrepro.base import checks, names
-from beltrepro.base.errors import InputError, NotEnoughDataError
+from beltrepro.base.errors import InputError
 from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
@@ -267,10 +267,7 @@ def _recurrence(settled: Run, observed: float, report: Report) -> tuple[ChainSta
     log = ReturnLog(1)
     observe(chain, observed, [log], report)
     times, states, _ = log.returns(0)
-    try:
-        recurrence = find_recurrence(states, times)
-    except NotEnoughDataError:
-        recurrence = None
+    recurrence = find_recurrence(states, times)
     if recurrence is None:
         raise InputError(
             f"{settled.parameters.describe()}: no state comes back in the last {observed:g} time "

@@ -12,7 +12,6 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
-from beltrepro.model import section_position as section_rule
 from beltrepro.observe.crossings import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation.checkpoints import once
@@ -25,7 +24,7 @@ from beltrepro.simulation.setup import (
     Keywords,
     PerChain,
     check_lengths,
-    for_each,
+    section_positions,
     setup_of,
     with_setup,
 )
@@ -121,7 +120,7 @@ def catalogue(
     made = setup_of(chains, setup)
     cases = made.cases
     block = None if section_block is None else _section_block(section_block, cases)
-    sections = _section_positions(section_position, block, cases)
+    sections = section_positions(section_position, cases, block)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
     loading = LoadingWatch(cases)
     lengths = {"duration": duration, "transient": transient}
@@ -145,12 +144,6 @@ def _section_block(value: Any, cases: Sequence[Case]) -> int:
     if not 1 <= checks.whole_number("section_block", value) <= most:
         raise InputError(f"section_block = {checks.shown(value)}: allowed are 1 to {most}")
     return int(value)
-
-
-def _section_positions(positions: Any, block: int | None, cases: Sequence[Case]) -> np.ndarray:
-    if positions is not None:
-        return np.array(for_each("section_position", positions, len(cases), checks.positive))
-    return np.array([section_rule(case.parameters, block) for case in cases])
 
 
 def _record(

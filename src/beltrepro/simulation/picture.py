@@ -128,12 +128,14 @@ def _draw_length(axes, run):
 def _title(chain):
     """The chain, with the constants of its law that differ from those of the paper."""
     symbols = {name: symbol for symbol, name in SYMBOLS.items()}
-    constants = [
-        f"{symbols[field.name]}={getattr(chain, field.name):g}"
-        for field in fields(chain)[3:]
-        if getattr(chain, field.name) != field.default
-    ]
-    return ", ".join([chain.describe().replace("sigma", "σ"), *constants])
+    parts = [chain.describe().replace("sigma", "σ")]
+    for field in fields(chain)[3:]:
+        symbol, value = symbols[field.name], getattr(chain, field.name)
+        if value != field.default:
+            parts.append(
+                f"{symbol} by block" if isinstance(value, tuple) else f"{symbol}={value:g}"
+            )
+    return ", ".join(parts)
 
 
 def _draw_disorder(axes, run):

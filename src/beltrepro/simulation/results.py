@@ -86,8 +86,11 @@ class Results(dict[str, np.ndarray]):
         Raises
         ------
         InputError
-            Two chains stand at one point, or pandas or xarray is not installed.
+            Two chains stand at one point, they differ in a constant that differs among blocks, or
+            pandas or xarray is not installed.
         """
+        if by_block := [name for name in self.axes if self[name].ndim > 1]:
+            raise InputError(f"chains: {by_block[0]} differs among the blocks, it is no axis")
         with needing("a grid of results"):
             import xarray  # noqa: F401
         grid = self.table().set_index(self.axes or ["replicate"])

@@ -10,7 +10,6 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
-from beltrepro.model import section_position as section_rule
 from beltrepro.observe.crossings import SectionValues
 from beltrepro.observe.forward_slip import ForwardSlip
 from beltrepro.observe.length import LengthMoments
@@ -26,7 +25,7 @@ from beltrepro.simulation.setup import (
     PerChain,
     check_duration,
     check_lengths,
-    for_each,
+    section_positions,
     setup_of,
     with_setup,
 )
@@ -91,19 +90,12 @@ def scan(
     laminar_time = checks.not_negative("laminar_time", laminar_time)
     settings: dict[str, Any] = {"duration": duration, "transient": transient}
     settings |= {"section_values": section_values, "laminar_time": laminar_time}
-    sections, loading = _section_positions(section_position, made.cases), LoadingWatch(made.cases)
+    sections, loading = section_positions(section_position, made.cases), LoadingWatch(made.cases)
     columns = max(SLIP_COLUMNS, *(case.parameters.n_blocks for case in made.cases))
     measure = partial(_scanned, sections, loading, columns, **settings)
     results = gathered("scan", made, measure, progress, **settings)
     loading.warn(duration, transient)
     return results
-
-
-def _section_positions(positions: Any, cases: tuple[Case, ...]) -> np.ndarray:
-    """Positions (P,) of the section, by the rule of the model if none are given."""
-    if positions is None:
-        return np.array([section_rule(case.parameters) for case in cases])
-    return np.array(for_each("section_position", positions, len(cases), checks.positive))
 
 
 def _scanned(

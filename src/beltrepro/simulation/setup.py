@@ -22,7 +22,7 @@ from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.noise import stream_states
 from beltrepro.engine.state import ChainState, states_at_rest
 from beltrepro.engine.verlet_integrators import verlet_integrator
-from beltrepro.model import ChainParameters
+from beltrepro.model import ChainParameters, section_position
 from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LIMITS
 from beltrepro.simulation.grid import QUANTITIES, Grid
@@ -165,9 +165,8 @@ class Setup:
     @property
     def alone(self) -> bool:
         """Whether it is one run of one chain, not a sequence or a grid."""
-        several = any(is_sequence(getattr(self, name)) for name in _CHECKS)
-        one_chain = isinstance(self.chains, ChainParameters)
-        return one_chain and not several and not _nested(self.initial_positions)
+        several = any(_is_several(name, getattr(self, name)) for name in _CHECKS)
+        return isinstance(self.chains, ChainParameters) and not several
 
     def __repr__(self) -> str:
         many = "" if len(self.cases) == 1 else f", one of {len(self.cases)}"
@@ -229,13 +228,11 @@ def _workers(value: Any) -> int:
 
 def part_of(setup: Setup, place: slice) -> Setup:
     """Some of the chains of a setup."""
-    sequences: dict[str, Any] = {name: getattr(setup, name) for name in ("chains", *_CHECKS)}
+    values: dict[str, Any] = {name: getattr(setup, name) for name in ("chains", *_CHECKS)}
     if isinstance(setup.chains, Grid):
-        sequences |= {"chains": setup.chains.chains, "replicate": setup.chains.replicate}
-    if _nested(setup.initial_positions):
-        sequences["initial_positions"] = setup.initial_positions
-    several = [name for name, value in sequences.items() if is_sequence(value)]
-    return replace(setup, **{name: sequences[name][place] for name in several})
+        values |= {"chains": setup.chains.chains, "replicate": setup.chains.replicate}
+    several = [name for name, value in values.items() if _is_several(name, value)]
+    return replace(setup, **{name: values[name][place] for name in several})
 
 
 def columns(setup: Setup) -> dict[str, np.ndarray]:
@@ -273,20 +270,38 @@ def check_lengths(duration: Any, transient: Any) -> tuple[float, float]:
 
 def check_duration(duration: Any) -> float:
     """Duration of a run."""
-    return checks.positive("duration", duration, LIMITS["duration"]["le"])
+    return checks.within("duration", duration, **LIMITS["duration"])
+
+
+def _is_several(name: str, value: Any) -> bool:
+    """Whether a quantity has a value for each chain, not one for all."""
+    if name == "initial_positions" and is_sequence(value):  # an array is one value
+        return is_sequence(next(iter(value), None))
+    return is_sequence(value)
 
 
 def for_each(name: str, value: Any, n_chains: int, check: Callable[[str, Any], T]) -> list[T]:
     """One checked value for each chain, from one for all or a sequence of them."""
-    if not is_sequence(value):
+    if not _is_several(name, value):
         return [check(name, value)] * n_chains
     values = list(value)
+    if not values:
+        raise InputError(f"{name} is empty: at least one value is needed")
     if len(values) != n_chains:
         raise InputError(
             f"{name} of length {len(values)}: one value for all chains is needed, "
             f"or one for each of {n_chains}"
         )
     return [check(name, item) for item in values]
+
+
+def section_positions(
+    positions: Any, cases: Sequence[Case], block: int | None = None
+) -> np.ndarray:
+    """Positions (P,) of a block's section, by the rule of the model if none are given."""
+    if positions is None:
+        return np.array([section_position(case.parameters, block) for case in cases])
+    return np.array(for_each("section_position", positions, len(cases), checks.positive))
 
 
 def check_state(name: str, value: Any) -> ChainState:
@@ -310,26 +325,25 @@ _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "method": partial(names.one_of, allowed=METHODS),
     "time_step": partial(checks.within, **LIMITS["time_step"]),
     "tolerance": check_tolerance,
-    "kick": partial(checks.not_negative, most=LIMITS["kick"]["le"]),
+    "kick": partial(checks.within, **LIMITS["kick"]),
     "seed": partial(_or_none, checks.key),
     "replicate": partial(_or_none, checks.key),
-    "initial_spread": partial(checks.not_negative, most=LIMITS["initial_spread"]["le"]),
+    "initial_spread": partial(checks.within, **LIMITS["initial_spread"]),
     "initial_state": partial(_or_none, check_state),
+    "initial_positions": partial(_or_none, checks.series),
 }
 
 
 def _rows(setup: Setup) -> tuple[list[ChainParameters], dict[str, list]]:
     """The chains, and the checked values of each quantity, one for each chain."""
     values = {name: getattr(setup, name) for name in _CHECKS}
-    starts = setup.initial_positions
     if isinstance(setup.chains, Grid):
         if values["replicate"] is not None:
             raise InputError("replicate: not together with a Grid, which has replicates")
         chains, values["replicate"] = list(setup.chains.chains), setup.chains.replicate
     elif isinstance(setup.chains, ChainParameters):
-        chains = [setup.chains] * _count(values | {"initial_positions": starts})
-        if starts is not None and not _nested(starts):
-            starts = [starts] * len(chains)
+        counts = [len(value) for name, value in values.items() if _is_several(name, value)]
+        chains = [setup.chains] * (counts[0] if counts else 1)
     else:
         chains = list(setup.chains) if is_sequence(setup.chains) else []
         if not chains or not all(isinstance(chain, ChainParameters) for chain in chains):
@@ -337,42 +351,9 @@ def _rows(setup: Setup) -> tuple[list[ChainParameters], dict[str, list]]:
                 f"chains = {shown(setup.chains)}: "
                 "a ChainParameters, or a sequence of at least one, a Grid or a Setup is needed"
             )
-    checked = {
-        name: for_each(name, value, len(chains), _CHECKS[name]) for name, value in values.items()
+    return chains, {
+        name: for_each(name, values[name], len(chains), check) for name, check in _CHECKS.items()
     }
-    return chains, checked | {"initial_positions": _positions(starts, chains)}
-
-
-def _nested(starts: Any) -> bool:
-    """Whether these are the positions of several starts."""
-    return is_sequence(starts) and is_sequence(next(iter(starts), None))
-
-
-def _count(values: Mapping[str, Any]) -> int:
-    """How many runs of one chain are asked for."""
-    for name, value in values.items():
-        if is_sequence(value) and (name != "initial_positions" or _nested(value)):
-            count = len(list(value))
-            if not count:
-                raise InputError(f"{name} is empty: at least one value is needed")
-            return count
-    return 1
-
-
-def _positions(starts: Any, chains: Sequence[ChainParameters]) -> list[np.ndarray | None]:
-    """Positions (N,) of the blocks of each chain, or None."""
-    if starts is None:
-        return [None] * len(chains)
-    rows = list(starts) if is_sequence(starts) else [starts]
-    if len(rows) != len(chains):
-        raise InputError(
-            f"initial_positions of length {len(rows)}: "
-            f"one array for each of {len(chains)} chains is needed"
-        )
-    return [
-        checks.positions("initial_positions", start, chain.n_blocks)
-        for chain, start in zip(chains, rows, strict=True)
-    ]
 
 
 def _cases(chains: Sequence[ChainParameters], values: dict[str, list]) -> tuple[Case, ...]:
@@ -445,6 +426,8 @@ def _spread(
 ) -> np.ndarray | None:
     """Where the blocks of a replicate begin, None for undeformed springs."""
     positions, spread = row["initial_positions"], row["initial_spread"]
+    if positions is not None:
+        positions = checks.positions("initial_positions", positions, chain.n_blocks)
     if replicate == 0 or spread == 0:
         return positions
     seeded: Any = _Seeded(words)

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.base.errors import require
-
 # Distance of two states, as a share of their largest coordinate, at which they count as one. An
 # orbit that attracts approaches itself by a constant factor each period and soon is as near as
 # rounding, 1e-12, allows; the states of an irregular motion of 1e5 crossings come no nearer to each
@@ -43,14 +41,15 @@ def find_recurrence(
     """The period of a sequence of states at successive crossings, None if it does not close.
 
     The smallest number p of crossings is sought after which every state of the last p comes back,
-    so that a period up to half the sequence can be found.
+    so that a period up to half the sequence can be found, and none in fewer than three states.
 
     Disturbances, for instance by a scheme that moves events to its steps, keep a motion from coming
     nearer to an earlier state than some `distance`. Irregular motion comes as near to one of many
     earlier states now and then, but does not stay there. So then many `crossings` must come back.
     """
     states, times = np.asarray(states, dtype=float), np.asarray(times, dtype=float)
-    require(len(states) >= 3, f"{len(states)} crossings of the section, 3 are needed")
+    if len(states) < 3:
+        return None
     size = float(np.abs(states).max())
     limit = max(closed * size, distance)
     last = np.abs(states[:-1] - states[-1]).max(axis=1)[::-1]
