@@ -111,7 +111,8 @@ def c_loop(flags: tuple[str, ...] = FLAGS) -> Callable | None:
 
 
 @_jit
-def _spring_force(deformation):
+def spring_force(deformation):
+    """Force of a spring on the block behind it."""
     beyond = abs(deformation) - LINEAR_LIMIT
     if beyond <= 0.0:
         return -deformation
@@ -167,7 +168,7 @@ def numba_loop(n_blocks, belt_velocity, noise, time_step, n_steps, state, stream
     springs = np.zeros(n_blocks + 1)
     for _ in range(n_steps):
         for i in range(n_blocks):
-            springs[i] = _spring_force(x[i] - (x[i - 1] if i > 0 else 0.0) - REST_LENGTH)
+            springs[i] = spring_force(x[i] - (x[i - 1] if i > 0 else 0.0) - REST_LENGTH)
         for i in range(n_blocks):
             force = springs[i] - springs[i + 1]
             if noise > 0.0 and direction[i] != 0.0:
