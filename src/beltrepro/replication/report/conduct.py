@@ -2,7 +2,6 @@
 
 import os
 
-import numpy as np
 import pandas as pd
 
 from beltrepro.replication.report.material import Material, distinct
@@ -10,14 +9,6 @@ from beltrepro.replication.report.trust import PAPER_DURATION, PAPER_TRANSIENT, 
 from beltrepro.replication.verdicts.ledger import read_yaml
 
 WORDS = read_yaml("beltrepro.replication.report", "page.yaml")
-_DIGITS = {
-    "energy_residual": ".1e",
-    "wrong_way": ".2g",
-    "overload": ".4g",
-    "deviation": ".1e",
-    "noise_ratio": ".3f",
-    "noise_error": ".3f",
-}
 
 
 def deviations(material: Material) -> dict:
@@ -48,7 +39,7 @@ def runs(material: Material) -> dict:
     """Rows of plain values, from the attributes of the datasets and from audit.csv."""
     audits = []
     if material.has(["audit"]):
-        audits = [_audit(row) for row in pd.read_csv(material.file("audit")).to_dict("records")]
+        audits = pd.read_csv(material.file("audit")).to_dict("records")
     return {"runs": material.datasets, "audits": audits}
 
 
@@ -76,14 +67,6 @@ def environment(material: Material) -> dict:
         "preset": material.preset,
         "constants": material.settings["model"],
         "laminar_time": material.settings["defaults"]["laminar_time"],
-    }
-
-
-def _audit(row: dict) -> dict:
-    """A row as text; what does not apply is empty."""
-    return row | {
-        name: "" if np.isnan(row[name]) else format(row[name], digits)
-        for name, digits in _DIGITS.items()
     }
 
 
