@@ -1,10 +1,12 @@
 """The benchmark: what it compares with computes the same motion; the command; no speeds."""
 
 import argparse
+import itertools
 import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.cli import bench as command
 from beltrepro.engine.vector import zeros
-from beltrepro.extras.bench import plain, smooth, table
+from beltrepro.extras.bench import measuring, plain, smooth, table
 from beltrepro.extras.bench.competitors import LABELS
 from beltrepro.extras.bench.measuring import compare, measure
 from beltrepro.extras.bench.peak import multiply_add
@@ -139,6 +141,30 @@ def bench(*options):
     lines = [line for line in done.stderr.splitlines() if not line.startswith("compiling for")]
     assert lines == []
     return done
+
+
+def test_costs_are_seconds_of_processor_time_by_chain_and_unit_of_time(monkeypatch):
+    """By clocks that go on by 2 and 3 seconds at each look, over the shortest span."""
+    clocks = {"process_time": 2.0, "perf_counter": 3.0}
+    looks = {name: itertools.count(100.0, step).__next__ for name, step in clocks.items()}
+    monkeypatch.setattr(measuring, "time", SimpleNamespace(**looks))
+    costs, walls, peak, scope = {}, [], [], measuring.QUICK
+    names = ("numba", "event")
+    tasks = [measuring._cost(costs, walls, name, (5, 0.0, 20.0), 8, scope) for name in names]
+    for task in (*tasks, measuring._peak(peak, scope)):
+        for _ in range(3):
+            next(task)
+    assert costs == {"numba": [pytest.approx(2e10)] * 2, "event": [pytest.approx(2e10 / 8)] * 2}
+    assert walls == [1.5] * 4
+    assert peak == [2 * 16 * 6 * scope.timing * 2e8 / 2] * 2
+    workers = [
+        SimpleNamespace(
+            ask=lambda case, span: None, reply=lambda s=s: {"processor": s, "bytes": 9 * s}
+        )
+        for s in (1.0, 4.0)
+    ]
+    together = {"wall": 3.0, "processor": 2.5, "bytes": 9.0}
+    assert measuring._together(workers, {}, 1.0) == together
 
 
 def test_costs_become_cells():

@@ -232,7 +232,7 @@ def _together(workers, case, span):
 
 def _first_step(values, method, scope):
     """Seconds that a fresh process of one step takes, compiled code in the cache."""
-    command = [sys.executable, "-c", _FIRST_STEP.format(method)]
+    command = [sys.executable, "-W", "ignore", "-c", _FIRST_STEP.format(method)]
     if scope.fill_cache:
         subprocess.run(command, check=True)
     values[method] = []
