@@ -167,6 +167,53 @@ def test_costs_are_seconds_of_processor_time_by_chain_and_unit_of_time(monkeypat
     assert measuring._together(workers, {}, 1.0) == together
 
 
+def test_each_case_is_asked_of_each_competitor():
+    names = ["numba", "verlet", "event"]
+    result = {part: [] for part in ("cases", "chains", "blocks", "peak", "wall")}
+    result |= {part: {} for part in ("cores", "memory", "first_step")}
+    tasks = measuring._tasks(measuring.QUICK, names, result)  # of which none has begun
+    quiet = {"n_blocks": 5, "noise": 0.0, "belt_velocity": 20.0, "ns": {}}
+    assert result["cases"] == [quiet, quiet | {"noise": 1.0}]
+    assert result["chains"] == [{"chains": chains, "ns": {}} for chains in (1, 8, 64)]
+    assert result["blocks"] == [{"n_blocks": n_blocks, "ns": {}} for n_blocks in (1, 10)]
+    # the peak, and cores and first step of two integrators
+    assert len(tasks) == 2 * 3 + 3 * 2 + 2 * 3 + 1 + 2 * 2
+
+
+def test_each_table_of_the_page_has_its_title_words_and_numbers():
+    numba, steps = [1000.0, 3000.0, 2000.0], [100.0, 200.0, 200.0]
+    case = {"n_blocks": 5, "noise": 0.0, "belt_velocity": 20.0}
+    result = {
+        "conditions": measuring._conditions(3, measuring.Scope(), False, None),
+        "names": ["numba", "c", "steps", "event"],
+        "cases": [case | {"ns": {"numba": numba, "steps": steps}}],
+        "chains": [{"chains": 8, "ns": {"event": [50.0]}}],
+        "blocks": [{"n_blocks": 10, "ns": {"numba": [2000.0]}}],
+        "cores": {"event": {"wall": [1.9, 2.1, 1.5], "processor": [1.8]}},
+        "memory": {"event": {"start": 185e6, "end": 194e6}},
+        "first_step": {"event": [1.2]},
+        "peak": [1e11],
+        "wall": [1.0, 1.25, 1.5],
+    }
+    last_rows = {
+        "Conditions": ["largest over smallest cost in the rounds", "1.50"],
+        "Cost": ["5", "0", "20", "times faster than the plain loop", "1.00", "n/a", "10.0", "n/a"],
+        "Share of the peak": ["peak", "", *["100.0 (100 %)"] * 3],
+        "Number of chains": ["8", "50.0"],
+        "Number of blocks": ["10", "200"],
+        "Two processes": ["event", "1.90", "2.10", "1.80"],
+        "Memory and start": ["event", "185", "194", "1.20"],
+    }
+    _, *parts = table.as_markdown(result).split("\n## ")
+    assert [part.partition("\n")[0] for part in parts] == list(last_rows)
+    for part, cells in zip(parts, last_rows.values(), strict=True):
+        _, text, *lines = (line for line in part.splitlines() if line)
+        assert lines[-1] == f"| {' | '.join(cells)} |"
+        assert text.endswith(".") or cells is last_rows["Conditions"]
+    assert "| clock over processor time | 1.25, at most 1.50 |" in parts[0]
+    assert "| 5 | 20 | 57.50 (57.5 %) | n/a | 575.00 (575.0 %) |" in parts[2]
+
+
 def test_costs_become_cells():
     costs = {"numba": [100.0, 300.0], "verlet": [10.0, 20.0]}
     case = {"n_blocks": 5, "noise": 0.0, "belt_velocity": 20.0, "ns": costs}

@@ -428,8 +428,11 @@ def test_time_is_summed_by_rule(text, tmp_path):
     table = tmp_path / "benchmarks" / "a" / "1.tsv"
     # of a short job there is no memory
     table.write_text("s\tmax_rss\n1.5\t90\n2.5\t-\n0.5\t100\n")
-    (row,) = conduct.times(pages.material(tmp_path))["rules"]
-    assert row == {"rule": "a", "jobs": 3, "seconds": 4.5, "longest": 2.5, "memory_mb": 100.0}
+    (tmp_path / "benchmarks" / "b.tsv").write_text("s\tmax_rss\n0.25\t-\n")
+    assert conduct.times(pages.material(tmp_path))["rules"] == [
+        {"rule": "a", "jobs": 3, "seconds": 4.5, "longest": 2.5, "memory_mb": 100.0},
+        {"rule": "b", "jobs": 1, "seconds": 0.25, "longest": 0.25, "memory_mb": 0.0},
+    ]
 
 
 def test_environment_lists_what_differs(text):
