@@ -1,10 +1,12 @@
 """The benchmark: what it compares with computes the same motion; the command; no speeds."""
 
 import argparse
+import itertools
 import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.cli import bench as command
 from beltrepro.engine.vector import zeros
-from beltrepro.extras.bench import plain, smooth, table
+from beltrepro.extras.bench import measuring, plain, smooth, table
 from beltrepro.extras.bench.competitors import LABELS
 from beltrepro.extras.bench.measuring import compare, measure
 from beltrepro.extras.bench.peak import multiply_add
@@ -43,7 +45,8 @@ def test_plain_loop_is_the_naive_twin(n_blocks, belt_velocity):
     chain = advanced(plain.numba_loop, n_steps / 1000, n_blocks, belt_velocity)
     np.testing.assert_allclose(chain.state[plain.POSITION], positions[-1], rtol=0, atol=1e-9)
     last = np.array(positions)[:, -1]
-    assert chain.disorder_parameter() == pytest.approx(last.std() / last.mean(), rel=1e-6)
+    moments = chain.carry[[plain.SUM, plain.SUM_OF_SQUARES]] / n_steps
+    assert moments == pytest.approx([last.mean(), np.mean(last**2)], rel=1e-9)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1.0])
@@ -138,6 +141,77 @@ def bench(*options):
     lines = [line for line in done.stderr.splitlines() if not line.startswith("compiling for")]
     assert lines == []
     return done
+
+
+def test_costs_are_seconds_of_processor_time_by_chain_and_unit_of_time(monkeypatch):
+    """By clocks that go on by 2 and 3 seconds at each look, over the shortest span."""
+    clocks = {"process_time": 2.0, "perf_counter": 3.0}
+    looks = {name: itertools.count(100.0, step).__next__ for name, step in clocks.items()}
+    monkeypatch.setattr(measuring, "time", SimpleNamespace(**looks))
+    costs, walls, peak, scope = {}, [], [], measuring.QUICK
+    names = ("numba", "event")
+    tasks = [measuring._cost(costs, walls, name, (5, 0.0, 20.0), 8, scope) for name in names]
+    for task in (*tasks, measuring._peak(peak, scope)):
+        for _ in range(3):
+            next(task)
+    assert costs == {"numba": [pytest.approx(2e10)] * 2, "event": [pytest.approx(2e10 / 8)] * 2}
+    assert walls == [1.5] * 4
+    assert peak == [2 * 16 * 6 * scope.timing * 2e8 / 2] * 2
+    workers = [
+        SimpleNamespace(
+            ask=lambda case, span: None, reply=lambda s=s: {"processor": s, "bytes": 9 * s}
+        )
+        for s in (1.0, 4.0)
+    ]
+    together = {"wall": 3.0, "processor": 2.5, "bytes": 9.0}
+    assert measuring._together(workers, {}, 1.0) == together
+
+
+def test_each_case_is_asked_of_each_competitor():
+    names = ["numba", "verlet", "event"]
+    result = {part: [] for part in ("cases", "chains", "blocks", "peak", "wall")}
+    result |= {part: {} for part in ("cores", "memory", "first_step")}
+    tasks = measuring._tasks(measuring.QUICK, names, result)  # of which none has begun
+    quiet = {"n_blocks": 5, "noise": 0.0, "belt_velocity": 20.0, "ns": {}}
+    assert result["cases"] == [quiet, quiet | {"noise": 1.0}]
+    assert result["chains"] == [{"chains": chains, "ns": {}} for chains in (1, 8, 64)]
+    assert result["blocks"] == [{"n_blocks": n_blocks, "ns": {}} for n_blocks in (1, 10)]
+    # the peak, and cores and first step of two integrators
+    assert len(tasks) == 2 * 3 + 3 * 2 + 2 * 3 + 1 + 2 * 2
+
+
+def test_each_table_of_the_page_has_its_title_words_and_numbers():
+    numba, steps = [1000.0, 3000.0, 2000.0], [100.0, 200.0, 200.0]
+    case = {"n_blocks": 5, "noise": 0.0, "belt_velocity": 20.0}
+    result = {
+        "conditions": measuring._conditions(3, measuring.Scope(), False, None),
+        "names": ["numba", "c", "steps", "event"],
+        "cases": [case | {"ns": {"numba": numba, "steps": steps}}],
+        "chains": [{"chains": 8, "ns": {"event": [50.0]}}],
+        "blocks": [{"n_blocks": 10, "ns": {"numba": [2000.0]}}],
+        "cores": {"event": {"wall": [1.9, 2.1, 1.5], "processor": [1.8]}},
+        "memory": {"event": {"start": 185e6, "end": 194e6}},
+        "first_step": {"event": [1.2]},
+        "peak": [1e11],
+        "wall": [1.0, 1.25, 1.5],
+    }
+    last_rows = {
+        "Conditions": ["largest over smallest cost in the rounds", "1.50"],
+        "Cost": ["5", "0", "20", "times faster than the plain loop", "1.00", "n/a", "10.0", "n/a"],
+        "Share of the peak": ["peak", "", *["100.0 (100 %)"] * 3],
+        "Number of chains": ["8", "50.0"],
+        "Number of blocks": ["10", "200"],
+        "Two processes": ["event", "1.90", "2.10", "1.80"],
+        "Memory and start": ["event", "185", "194", "1.20"],
+    }
+    _, *parts = table.as_markdown(result).split("\n## ")
+    assert [part.partition("\n")[0] for part in parts] == list(last_rows)
+    for part, cells in zip(parts, last_rows.values(), strict=True):
+        _, text, *lines = (line for line in part.splitlines() if line)
+        assert lines[-1] == f"| {' | '.join(cells)} |"
+        assert text.endswith(".") or cells is last_rows["Conditions"]
+    assert "| clock over processor time | 1.25, at most 1.50 |" in parts[0]
+    assert "| 5 | 20 | 57.50 (57.5 %) | n/a | 575.00 (575.0 %) |" in parts[2]
 
 
 def test_costs_become_cells():

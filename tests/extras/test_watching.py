@@ -94,6 +94,8 @@ def test_r_and_mean_length_are_those_of_what_was_shown():
     for record, shown in ((now.record, lengths[:2001]), (later.record, lengths[2000:3501])):
         assert record.disorder_parameter == pytest.approx(shown.std() / shown.mean(), rel=1e-9)
         assert record.mean_length == pytest.approx(shown.mean(), rel=1e-12)
+        first = [shown[:count].std() / shown[:count].mean() for count in (1, 2, 3, 10)]
+        assert record.disorder[: len(shown)][[0, 1, 2, 9]] == pytest.approx(first, rel=1e-6)
     recent = lengths[:3501][-len(later.record.length) :]
     assert np.array_equal(later.record.length, recent) and len(recent) > 1000
     assert later.record.since == now.time and len(later.record.disorder) == 1501

@@ -428,8 +428,11 @@ def test_time_is_summed_by_rule(text, tmp_path):
     table = tmp_path / "benchmarks" / "a" / "1.tsv"
     # of a short job there is no memory
     table.write_text("s\tmax_rss\n1.5\t90\n2.5\t-\n0.5\t100\n")
-    (row,) = conduct.times(pages.material(tmp_path))["rules"]
-    assert row == {"rule": "a", "jobs": 3, "seconds": 4.5, "longest": 2.5, "memory_mb": 100.0}
+    (tmp_path / "benchmarks" / "b.tsv").write_text("s\tmax_rss\n0.25\t-\n")
+    assert conduct.times(pages.material(tmp_path))["rules"] == [
+        {"rule": "a", "jobs": 3, "seconds": 4.5, "longest": 2.5, "memory_mb": 100.0},
+        {"rule": "b", "jobs": 1, "seconds": 0.25, "longest": 0.25, "memory_mb": 0.0},
+    ]
 
 
 def test_environment_lists_what_differs(text):
@@ -525,6 +528,20 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path, monkeypatch
     assert free[1:4] == ["128", "28 and 28", "0.16"]
     assert free[5:] == ["1, 2", "0.48 (0.25)", "0.6", ""]
     assert rows["noise, friction ratio, belt speed"][8] == "1"
+
+
+def test_each_audit_has_its_row_and_nothing_where_it_does_not_apply(tmp_path):
+    audit = pd.DataFrame({
+        "dataset": ["u1", "u17"], "method": ["event", "verlet"], "n_blocks": 5,
+        "belt_velocity": [1.5, 17.5], "noise": [0.0, 2.2], "energy_residual": [1.234e-9, np.nan],
+        "wrong_way": [0.0, 0.01234], "overload": [0.999894, np.nan], "windows": [12, 0],
+        "deviation": [3.21e-7, np.nan], "noise_ratio": [np.nan, 1.01234],
+        "noise_error": [np.nan, 0.04567],
+    })  # fmt: skip
+    assert cells(part(written_with(tmp_path, audit=audit), "runs"))[2:] == [
+        ["u1", "event", "5", "1.5", "0.0", "1.2e-09", "0", "0.9999", "12", "3.2e-07", ""],
+        ["u17", "verlet", "5", "17.5", "2.2", "", "0.012", "", "", "", "1.012 ± 0.046"],
+    ]
 
 
 def test_the_virtual_experiment_is_told_by_its_table(tmp_path):

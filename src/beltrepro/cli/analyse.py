@@ -15,7 +15,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "analyse",
         run,
         "analyse a recording of the last block",
         "Compute r, the mean length, stretches of small amplitude and spectra of a recording: a "

@@ -4,30 +4,16 @@ import argparse
 import os
 import sys
 import warnings
+from importlib import import_module
 
 from beltrepro import __version__
 from beltrepro.base.errors import InputError, ModelStateError, needing
-from beltrepro.cli import (
-    analyse,
-    bench,
-    branch,
-    cache,
-    claims,
-    classify,
-    film,
-    plot,
-    publish,
-    scan,
-    simulate,
-    track,
-    verify,
-    watch,
-)
 from beltrepro.cli.options import Parser
 
+# modules, in the order of the help
 COMMANDS = (
-    *(simulate, scan, plot, classify, branch, watch, bench, film, track),
-    *(analyse, verify, claims, cache, publish),
+    *("simulate", "scan", "plot", "classify", "branch", "watch", "bench", "film", "track"),
+    *("analyse", "verify", "claims", "cache", "publish"),
 )
 
 
@@ -63,8 +49,8 @@ def parser() -> argparse.ArgumentParser:
     )
     whole.add_argument("--version", action="version", version=f"beltrepro {__version__}")
     commands = whole.add_subparsers(required=True, dest="command", metavar="COMMAND")
-    for command in COMMANDS:
-        command.add(commands)
+    for name in COMMANDS:
+        import_module(f"beltrepro.cli.{name}").add(commands)
     return whole
 
 

@@ -13,7 +13,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "bench",
         run,
         "measure the speed of the integrators",
         "Measure, in one interleaved run: nanoseconds per chain and unit of model time, beside "

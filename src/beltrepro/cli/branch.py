@@ -1,7 +1,6 @@
 """`beltrepro branch`: a periodic orbit followed along a constant of the chain."""
 
 import argparse
-from dataclasses import asdict
 from typing import Any
 
 from beltrepro.cli import options as shared
@@ -11,7 +10,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "branch",
         run,
         "follow the periodic orbit of one chain along the belt velocity",
         "Find the periodic orbit in which one chain ends, and follow it along the belt velocity or "
@@ -49,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
     )
     del settings["progress"]
     ends = {f"{side}_end": getattr(branch, f"{side}_end").text for side in ("lower", "upper")}
-    result = shared.of_chain(asdict(chain)) | settings | {"quantity": branch.quantity}
+    result = shared.of_chain(chain) | settings | {"quantity": branch.quantity}
     result |= {"word": branch.word, "lower": branch.lower, "upper": branch.upper, **ends}
     result["passed"] = [f"{point.parameter:.6g}: {point.text}" for point in branch.passed]
     table = branch.table()

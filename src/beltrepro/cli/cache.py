@@ -13,7 +13,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     shared.command(
         commands,
-        "cache",
         run,
         "compile all integrators now, not when they are first needed",
         "Compile the machine code of all kinds of run for this processor: a minute or "

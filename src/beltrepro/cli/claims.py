@@ -24,7 +24,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "claims",
         run,
         "print the verdicts of a run on the claims of the paper",
         "Print each claim of the paper with two verdicts, and what was found: whether it is "

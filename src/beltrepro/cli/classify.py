@@ -1,7 +1,6 @@
 """`beltrepro classify`: what kind of motion one chain ends in."""
 
 import argparse
-from dataclasses import asdict
 from typing import Any
 
 from beltrepro.cli import options as shared
@@ -11,7 +10,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "classify",
         run,
         "tell what kind of motion one chain ends in",
         "Tell what kind of motion one chain ends in: equilibrium slip, periodic, quasi-periodic, "
@@ -32,4 +30,4 @@ def run(options: argparse.Namespace) -> None:
     settings = shared.settings_of(options) | {"initial_spread": options.initial_spread}
     motion = dict(vars(classify(chain, **settings)))
     del settings["progress"], motion["parameters"]
-    shared.print_result(shared.of_chain(asdict(chain)) | settings | motion, options.json)
+    shared.print_result(shared.of_chain(chain) | settings | motion, options.json)

@@ -11,7 +11,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "film",
         run,
         "film one chain, as a camera above the treadmill would",
         "Simulate one chain and write what a camera above the belt would take of it: an ordinary "

@@ -115,13 +115,13 @@ def _part(text: str, part: str) -> tuple[float, ...]:
 
 def command(
     commands: Any,
-    name: str,
     run: Callable[[argparse.Namespace], int | None],
     words: str,
     description: str,
     epilog: str | None = None,
 ) -> argparse.ArgumentParser:
-    """Add a command."""
+    """Add the command of the module in which `run` stands, by its name."""
+    name = run.__module__.rpartition(".")[2]
     parser: argparse.ArgumentParser = commands.add_parser(
         name, help=words, description=description, epilog=epilog, formatter_class=_Paragraphs
     )
@@ -202,11 +202,12 @@ def chain_of(options: argparse.Namespace) -> ChainParameters:
     return ChainParameters(**{name: getattr(options, name) for name in CHAIN})
 
 
-def of_chain(values: dict[str, Any]) -> dict[str, Any]:
+def of_chain(chain: ChainParameters) -> dict[str, Any]:
     """Quantities of a chain as they are printed: constants of the law where they are not usual."""
-    usual = {parameter.name: parameter.default for parameter in fields(ChainParameters)}
     return {
-        name: value for name, value in values.items() if name not in LAW or value != usual[name]
+        field.name: value
+        for field in fields(chain)
+        if (value := getattr(chain, field.name)) != field.default or field.name not in LAW
     }
 
 

@@ -12,7 +12,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "plot",
         run,
         "draw a run",
         "Draw x_N(t), r as it settles, and the slips of each block, of a run that "

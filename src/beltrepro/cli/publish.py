@@ -11,7 +11,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "publish",
         run,
         "copy report, article, figures and tables of a run to docs/results",
         "Copy report, article, figures (PNG), tables of claims and a list of checksums "

@@ -13,7 +13,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "scan",
         run,
         "measure r over a grid of chains",
         "Simulate chains at every combination of some values and measure r, the mean length, slips "

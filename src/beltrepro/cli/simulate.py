@@ -1,7 +1,6 @@
 """`beltrepro simulate`: one run of one chain."""
 
 import argparse
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "simulate",
         run,
         "simulate one chain",
         "Simulate one chain from all blocks stuck and undeformed springs.",
@@ -51,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
         made.save(options.output)
     names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
     measured = ("disorder_parameter", "mean_length", "energy_residual", "sum_rule_residual")
-    result = shared.of_chain(asdict(chain))
+    result = shared.of_chain(chain)
     result |= {name: getattr(made, name) for name in (*names, *measured)}
     if made.tolerance is None:
         del result["tolerance"]

@@ -15,7 +15,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "track",
         run,
         "track the white block in a video",
         "Find the white block in each frame of a video from above the belt. Belt and scale are "

@@ -14,7 +14,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "verify",
         run,
         "check results of the workflow, and compare them with the published list",
         "Check that every dataset and table of a run is whole, and compare it with a list of "

@@ -11,7 +11,6 @@ def add(commands: Any) -> None:
     """Add the command."""
     parser = shared.command(
         commands,
-        "watch",
         run,
         "watch one chain in a window, or film it",
         "Watch one chain from above, in real time: which blocks stick and slip, the pull of the "

@@ -110,15 +110,14 @@ def compare(results: Path, listed: dict) -> Iterator[Comparison]:
         machine = {part: dataset.attributes.get(part) for part in listed["machine"]}
         same_machine = machine == listed["machine"]
         same_machines &= same_machine
-        if differing := "; ".join(_differing(dataset, entry, same_machine)):
-            yield Comparison(name, WRONG, f"{path}: {differing}; {files.repair(path, run)}")
-        else:
-            checksums = {name: array["checksum"] for name, array in entry["arrays"].items()}
-            yield Comparison(name, SAME if _checksums(dataset) == checksums else NEAR)
+        outcome, words = _compare_arrays(dataset, entry, same_machine)
+        if outcome == WRONG:
+            words = f"{path}: {words}; {files.repair(path, run)}"
+        yield Comparison(name, outcome, words)
     tables = {path.stem: path for path in _tables(results)}
-    for name, checksum_listed in listed["tables"].items():
+    for name, checksum in listed["tables"].items():
         if name in tables:
-            yield _compare_table(results, tables[name], checksum_listed, run, same_machines)
+            yield _compare_table(results, tables[name], checksum, run, same_machines)
         else:
             yield Comparison(name, WRONG, f"{results}: table {name} is missing")
     try:
@@ -172,27 +171,25 @@ def _described(dataset: store.Dataset) -> dict:
     }
 
 
-def _checksums(dataset: store.Dataset) -> dict[str, str]:
-    return {name: store.checksum(array) for name, array in dataset.arrays.items()}
-
-
-def _differing(dataset: store.Dataset, entry: dict, same_machine: bool) -> Iterator[str]:
-    """What is not as the list says."""
+def _compare_arrays(dataset: store.Dataset, entry: dict, same_machine: bool) -> tuple[str, str]:
+    """Outcome for a dataset, and what is not as the list says."""
     if set(dataset.arrays) != set(entry["arrays"]):
-        yield "has other arrays than the list"
-        return
+        return WRONG, "has other arrays than the list"
+    outcome, faults = SAME, []
     n_points = len(dataset.arrays["n_blocks"])
     for name, array in dataset.arrays.items():
         listed = entry["arrays"][name]
         if store.checksum(array) == listed["checksum"]:
             continue
+        outcome = NEAR
         if same_machine or name in QUANTITIES:
-            yield f"{name} has other bits"
+            faults.append(f"{name} has other bits")
         elif any(
             _apart(summary, listed["values"].get(part), entry["duration"], n_points)
             for part, summary in _summaries(array).items()
         ):
-            yield f"{name} is beyond the bounds"
+            faults.append(f"{name} is beyond the bounds")
+    return (WRONG if faults else outcome), "; ".join(faults)
 
 
 def _apart(summary: list, listed: list | None, duration: float, n_points: int) -> bool:

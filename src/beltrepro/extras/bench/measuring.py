@@ -10,10 +10,8 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -80,16 +78,12 @@ def measure(
     result: dict = {"conditions": _conditions(rounds, scope, quick, only), "names": names}
     result |= {part: [] for part in ("cases", "chains", "blocks", "peak", "wall")}
     result |= {part: {} for part in ("cores", "memory", "first_step")}
-    with ExitStack() as workers:
-        tasks = _tasks(scope, names, result, workers)
-        total, timings = (rounds + 1) * len(tasks), []
-        for done, prepare in enumerate([*tasks, *[None] * (rounds * len(tasks))]):
-            if prepare is not None:
-                timings.append(prepare())
-            elif (take := timings[done % len(tasks)]) is not None:
-                take()
-            if progress:
-                progress((done + 1) / total)
+    tasks = _tasks(scope, names, result)
+    total = (rounds + 1) * len(tasks)
+    for done in range(total):
+        next(tasks[done % len(tasks)], None)
+        if progress:
+            progress((done + 1) / total)
     return result
 
 
@@ -136,8 +130,11 @@ def _check(rounds, only, allowed):
             raise InputError(f"only = {name!r}: allowed are {', '.join(allowed)}")
 
 
-def _tasks(scope, names, result, workers):
-    """Functions that prepare a timing each, or give None where a competitor cannot run."""
+def _tasks(scope, names, result) -> list[Iterator[None]]:
+    """Measurements that prepare themselves at the first `next`, and take a timing at each other.
+
+    One ends at once where its competitor cannot run.
+    """
     tasks = []
     methods = [name for name in METHODS if name in names]
 
@@ -145,7 +142,7 @@ def _tasks(scope, names, result, workers):
         row["ns"] = {}
         result[part].append(row)
         for name in competitors:
-            tasks.append(partial(_cost, row["ns"], result["wall"], name, case, width, scope))
+            tasks.append(_cost(row["ns"], result["wall"], name, case, width, scope))
 
     for case in scope.cases:
         add("cases", dict(zip(_CASE, case, strict=True)), names, case, scope.width)
@@ -154,9 +151,9 @@ def _tasks(scope, names, result, workers):
     for n_blocks in scope.block_counts:
         case = (n_blocks, *scope.scaling_case[1:])
         add("blocks", {"n_blocks": n_blocks}, names, case, scope.width)
-    tasks.append(partial(_peak, result["peak"], scope))
-    tasks += [partial(_cores, result, name, scope, workers) for name in methods]
-    tasks += [partial(_first_step, result["first_step"], name, scope) for name in methods]
+    tasks.append(_peak(result["peak"], scope))
+    tasks += [_cores(result, name, scope) for name in methods]
+    tasks += [_first_step(result["first_step"], name, scope) for name in methods]
     return tasks
 
 
@@ -177,7 +174,7 @@ def _cost(costs, walls, name, case, width, scope):
     chain = ChainParameters(n_blocks, belt_velocity, noise)
     runner = competitor(name, chain, width, scope.warm_up)
     if runner is None:
-        return None
+        return
 
     def seconds(span):
         start = time.process_time()
@@ -185,71 +182,65 @@ def _cost(costs, walls, name, case, width, scope):
         return time.process_time() - start
 
     span = _span(seconds, scope.timing)
-    values = costs.setdefault(name, [])
-
-    def take():
+    costs[name] = []
+    while True:
+        yield
         start = time.perf_counter()
         processor = seconds(span)
         walls.append((time.perf_counter() - start) / processor)
-        values.append(1e9 * processor / (span * runner.chains))
-
-    return take
+        costs[name].append(1e9 * processor / (span * runner.chains))
 
 
 def _peak(values, scope):
     """Operations per second of nothing but multiply-adds."""
     numbers, turns = zeros((CHAINS, WIDE_LANES)), int(scope.timing * 2e8)
     multiply_add(numbers, 1)
-
-    def take():
+    while True:
+        yield
         start = time.process_time()
         multiply_add(numbers, turns)
         values.append(OPERATIONS_PER_TURN * turns / (time.process_time() - start))
 
-    return take
 
-
-def _cores(result, method, scope, workers):
+def _cores(result, method, scope):
     """Work per time of two processes over that of one."""
     case = dict(zip(_CASE, scope.scaling_case, strict=True))
     case |= {"method": method, "chains": scope.width}
-    memory = result["memory"].setdefault(method, {})
-    gains = result["cores"].setdefault(method, {"wall": [], "processor": []})
-    pair = [workers.enter_context(Worker()) for _ in range(2)]
-    memory["start"] = max(worker.run(case, 1.0)["bytes"] for worker in pair)
-    span = _span(lambda span: pair[0].run(case, span)["processor"], max(scope.timing, 0.1))
+    memory = result["memory"][method] = {}
+    gains = result["cores"][method] = {"wall": [], "processor": []}
+    with Worker() as first, Worker() as second:
+        memory["start"] = max(worker.run(case, 1.0)["bytes"] for worker in (first, second))
+        span = _span(lambda span: first.run(case, span)["processor"], max(scope.timing, 0.1))
+        while True:
+            yield
+            alone, beside = [_together(pair, case, span) for pair in ((first,), (first, second))]
+            memory["end"] = beside["bytes"]
+            for kind, values in gains.items():
+                values.append(2 * alone[kind] / beside[kind])
 
-    def together(number):
-        """Wall time until all have done their span, and their mean processor time."""
-        start = time.perf_counter()
-        for worker in pair[:number]:
-            worker.ask(case, span)
-        replies = [worker.reply() for worker in pair[:number]]
-        wall = time.perf_counter() - start
-        memory["end"] = replies[0]["bytes"]
-        return wall, float(np.mean([reply["processor"] for reply in replies]))
 
-    def take():
-        alone, beside = together(1), together(2)
-        for kind, one, two in zip(("wall", "processor"), alone, beside, strict=True):
-            gains[kind].append(2 * one / two)
-
-    return take
+def _together(workers, case, span):
+    """Wall time until all have done their span, their mean processor time, memory of the first."""
+    start = time.perf_counter()
+    for worker in workers:
+        worker.ask(case, span)
+    replies = [worker.reply() for worker in workers]
+    wall = time.perf_counter() - start
+    processor = float(np.mean([reply["processor"] for reply in replies]))
+    return {"wall": wall, "processor": processor, "bytes": replies[0]["bytes"]}
 
 
 def _first_step(values, method, scope):
     """Seconds that a fresh process of one step takes, compiled code in the cache."""
-    command = [sys.executable, "-c", _FIRST_STEP.format(method)]
-
-    def seconds():
+    command = [sys.executable, "-W", "ignore", "-c", _FIRST_STEP.format(method)]
+    if scope.fill_cache:
+        subprocess.run(command, check=True)
+    values[method] = []
+    while True:
+        yield
         start = time.perf_counter()
         subprocess.run(command, check=True)
-        return time.perf_counter() - start
-
-    if scope.fill_cache:
-        seconds()
-    times = values.setdefault(method, [])
-    return lambda: times.append(seconds())
+        values[method].append(time.perf_counter() - start)
 
 
 class Worker:

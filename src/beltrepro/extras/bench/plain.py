@@ -1,7 +1,7 @@
 """One chain by the scheme of the Appendix, as one would write it first: Numba, or C.
 
 The integrators of this package are compared with it. It uses no vectors and no frame of the belt,
-and branches where the paper has an "if". It measures only the disorder parameter.
+and branches where the paper has an "if". It measures only what the disorder parameter needs.
 """
 
 import ctypes
@@ -28,7 +28,7 @@ COMPRESSION_RATE = ChainParameters.compression_rate
 EXTENSION_RATE = ChainParameters.extension_rate
 
 POSITION, POSITION_BEFORE, VELOCITY, ACCELERATION_BEFORE, THRESHOLD, DIRECTION = range(6)
-_HAS_SPARE, _SPARE, _SUM, _SUM_OF_SQUARES = range(4)
+_HAS_SPARE, _SPARE, SUM, SUM_OF_SQUARES = range(4)
 
 SOURCE = Path(__file__).with_name("naive_loop.c")
 FLAGS = ("-O3", "-march=native")
@@ -54,22 +54,13 @@ class PlainChain:
             parameters.n_blocks
         )
         self._stream = random.integers(2**64, size=4, dtype=np.uint64)
-        self._carry = np.zeros(4)
-        self._steps = 0
+        self.carry = np.zeros(4)
 
     def advance(self, span: float) -> None:
         """Advance by `span` of model time, rounded to steps."""
-        steps = round(span / self.time_step)
-        chain = self.parameters
+        chain, steps = self.parameters, round(span / self.time_step)
         law = chain.n_blocks, chain.belt_velocity, chain.noise
-        self._loop(*law, self.time_step, steps, self.state, self._stream, self._carry)
-        self._steps += steps
-
-    def disorder_parameter(self) -> float:
-        """r of all steps done (Eq. 4)."""
-        mean = self._carry[_SUM] / self._steps
-        variance = self._carry[_SUM_OF_SQUARES] / self._steps - mean**2
-        return float(math.sqrt(max(variance, 0.0)) / mean)
+        self._loop(*law, self.time_step, steps, self.state, self._stream, self.carry)
 
 
 def _compiler() -> str | None:
@@ -111,7 +102,8 @@ def c_loop(flags: tuple[str, ...] = FLAGS) -> Callable | None:
 
 
 @_jit
-def _spring_force(deformation):
+def spring_force(deformation):
+    """Force of a spring on the block behind it."""
     beyond = abs(deformation) - LINEAR_LIMIT
     if beyond <= 0.0:
         return -deformation
@@ -167,7 +159,7 @@ def numba_loop(n_blocks, belt_velocity, noise, time_step, n_steps, state, stream
     springs = np.zeros(n_blocks + 1)
     for _ in range(n_steps):
         for i in range(n_blocks):
-            springs[i] = _spring_force(x[i] - (x[i - 1] if i > 0 else 0.0) - REST_LENGTH)
+            springs[i] = spring_force(x[i] - (x[i - 1] if i > 0 else 0.0) - REST_LENGTH)
         for i in range(n_blocks):
             force = springs[i] - springs[i + 1]
             if noise > 0.0 and direction[i] != 0.0:
@@ -190,5 +182,5 @@ def numba_loop(n_blocks, belt_velocity, noise, time_step, n_steps, state, stream
                 a_before[i] = a
             before[i] = x[i]
             x[i] = after
-        carry[_SUM] += x[n_blocks - 1]
-        carry[_SUM_OF_SQUARES] += x[n_blocks - 1] * x[n_blocks - 1]
+        carry[SUM] += x[n_blocks - 1]
+        carry[SUM_OF_SQUARES] += x[n_blocks - 1] * x[n_blocks - 1]

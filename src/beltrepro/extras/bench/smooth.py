@@ -11,8 +11,14 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from beltrepro.base.errors import ModelStateError
-from beltrepro.extras.bench.plain import DIRECTION, POSITION, VELOCITY, PlainChain
-from beltrepro.model import ChainParameters
+from beltrepro.extras.bench.plain import (
+    DIRECTION,
+    POSITION,
+    REST_LENGTH,
+    VELOCITY,
+    PlainChain,
+    spring_force,
+)
 from beltrepro.model.friction import next_direction
 from beltrepro.model.spring import external_force
 
@@ -76,7 +82,7 @@ class SolveIvpChain:
 
     def _turn(self, block):
         chain = self.parameters
-        force = _external_force(self.positions, block, chain)
+        force = _external_force(self.positions, block, chain.n_blocks)
         if self.direction[block]:
             turned = next_direction(self.direction[block], 0.0, force, chain.static_friction)
         else:
@@ -106,24 +112,16 @@ class SolveIvpChain:
         else:
 
             def event(time, state):
-                return chain.static_friction - abs(_external_force(state, block, chain))
+                return chain.static_friction - abs(_external_force(state, block, chain.n_blocks))
 
         event.terminal, event.direction = True, -1
         return event
 
 
-def _external_force(positions, block, chain: ChainParameters) -> float:
-    """F_ex on one block (Eq. 1): the solvers spend their time here, so without arrays."""
+def _external_force(positions, block, n_blocks) -> float:
+    """F_ex on one block (Eq. 1): the solver spends its time here, so without arrays."""
     before = positions[block - 1] if block else 0.0
-    force = -_tension(positions[block] - before - chain.rest_length, chain)
-    if block + 1 < chain.n_blocks:
-        force += _tension(positions[block + 1] - positions[block] - chain.rest_length, chain)
+    force = spring_force(positions[block] - before - REST_LENGTH)
+    if block + 1 < n_blocks:
+        force -= spring_force(positions[block + 1] - positions[block] - REST_LENGTH)
     return force
-
-
-def _tension(deformation, chain):
-    size = abs(deformation)
-    if size > chain.linear_limit:
-        rate = chain.compression_rate if deformation < 0 else chain.extension_rate
-        size = chain.linear_limit + math.expm1(rate * (size - chain.linear_limit)) / rate
-    return math.copysign(size, deformation)

@@ -38,9 +38,9 @@ def comparison(rows: list[dict], tree: str) -> str:
     cells = []
     for row in rows:
         ratios = np.divide(row["here"], row["there"])
-        costs = [_cell(_median(row[side])) for side in ("here", "there")]
+        costs = [_cell(np.median(row[side])) for side in ("here", "there")]
         spread = f"{ratios.min():.3f} to {ratios.max():.3f}"
-        calls = [f"{1e3 * _median(row[side]):.1f}" for side in ("call_here", "call_there")]
+        calls = [f"{1e3 * np.median(row[side]):.1f}" for side in ("call_here", "call_there")]
         cells.append(
             (*_case(row), row["method"], *costs, f"{np.median(ratios):.3f}", spread, *calls)
         )
@@ -101,7 +101,7 @@ def _conditions(result):
         ("solve_ivp", f"{solver['method']}, tolerances {solver['tolerance']:g}"),
         ("time step", f"{TIME_STEP:g} (plain loops and verlet)"),
         ("chains together", f"{conditions['width']} (verlet and event), 1 (all others)"),
-        ("peak of one core", f"{_median(result['peak']) / 1e9:.1f} GFlop/s of multiply-adds"),
+        ("peak of one core", f"{np.median(result['peak']) / 1e9:.1f} GFlop/s of multiply-adds"),
         ("clock over processor time", f"{np.median(walls):.2f}, at most {np.max(walls):.2f}"),
         ("largest over smallest cost in the rounds", f"{spread:.2f}"),
     ]
@@ -112,15 +112,12 @@ def _cases(result):
     names, rows = result["names"], []
     for row in result["cases"]:
         costs = row["ns"]
-        cost = [_cell(_median(costs.get(name))) for name in names]
-        paper = [_cell(_median(costs.get(name)), PAPER_DURATION / 1e9) for name in names]
-        gains = [
-            _cell(np.median(np.divide(costs[BASE], costs[name]))) if costs.get(name) else _MISSING
-            for name in names
+        gains = {name: np.divide(costs[BASE], costs[name]) for name in costs}
+        rows += [
+            (*_case(row), "ns per chain and unit of time", *_cells(costs, names)),
+            (*_case(row), "s per run of the paper", *_cells(costs, names, PAPER_DURATION / 1e9)),
+            (*_case(row), "times faster than the plain loop", *_cells(gains, names)),
         ]
-        rows.append((*_case(row), "ns per chain and unit of time", *cost))
-        rows.append((*_case(row), "s per run of the paper", *paper))
-        rows.append((*_case(row), "times faster than the plain loop", *gains))
     text = (
         f"A run of the paper lasts {PAPER_DURATION:g} units of time; its seconds are those of one "
         "chain of those advanced together. The ratios are medians of the ratios within a round. "
@@ -130,8 +127,7 @@ def _cases(result):
         "step by step. The last column is event with a deviation vector for each chain, as "
         "Lyapunov exponents need it."
     )
-    header = ("N", "σ", "u", "quantity", *(LABELS[name] for name in names))
-    return Sheet("Cost", text, header, rows)
+    return Sheet("Cost", text, ("N", "σ", "u", "quantity", *_labels(names)), rows)
 
 
 def _case(row):
@@ -140,65 +136,54 @@ def _case(row):
 
 def _shares(result):
     names = [name for name in ("numba", "c", "steps") if name in result["names"]]
-    peak = _median(result["peak"])
-    rows = []
+    peak, rows = np.median(result["peak"]), []
+
+    def share(costs, n_blocks):
+        speed = OPERATIONS * n_blocks / TIME_STEP / (np.median(costs) * 1e-9)
+        return f"{speed / 1e9:.2f} ({100 * speed / peak:.1f} %)"
+
     for row in result["cases"]:
-        if row["noise"] > 0:
-            continue
-        cells = []
-        for name in names:
-            cost = _median(row["ns"].get(name))
-            if cost is None:
-                cells.append(_MISSING)
-                continue
-            speed = OPERATIONS * row["n_blocks"] / TIME_STEP / (cost * 1e-9)
-            cells.append(f"{speed / 1e9:.2f} ({100 * speed / peak:.1f} %)")
-        rows.append((str(row["n_blocks"]), f"{row['belt_velocity']:g}", *cells))
+        if row["noise"] == 0:
+            n_blocks, _, belt_velocity = _case(row)
+            shares = {name: share(costs, row["n_blocks"]) for name, costs in row["ns"].items()}
+            rows.append((n_blocks, belt_velocity, *(shares.get(name, _MISSING) for name in names)))
     if rows:
         rows.append(("peak", "", *[f"{peak / 1e9:.1f} (100 %)"] * len(names)))
     text = (
         "Speed in GFlop/s without noise, and its share of the measured peak. The printed formulas "
         f"count as {OPERATIONS} operations for each block and step, as if all slipped."
     )
-    header = ("N", "u", *(LABELS[name] for name in names))
-    return Sheet("Share of the peak", text, header, rows)
+    return Sheet("Share of the peak", text, ("N", "u", *_labels(names)), rows)
 
 
 def _chains(result):
     names = [name for name in ("verlet", "event") if name in result["names"]]
-    rows = [
-        (str(row["chains"]), *(_cell(_median(row["ns"].get(name))) for name in names))
-        for row in result["chains"]
-    ]
+    rows = [(str(row["chains"]), *_cells(row["ns"], names)) for row in result["chains"]]
     n_blocks, noise, belt_velocity = result["conditions"]["scaling_case"]
     text = (
         f"Cost in ns per chain and unit of time at N = {n_blocks}, σ = {noise:g}, "
         f"u = {belt_velocity:g}, for several numbers of chains advanced together."
     )
-    header = ("chains", *(LABELS[name] for name in names))
-    return Sheet("Number of chains", text, header, rows)
+    return Sheet("Number of chains", text, ("chains", *_labels(names)), rows)
 
 
 def _blocks(result):
-    names = [
-        name for name in result["names"] if any(row["ns"].get(name) for row in result["blocks"])
+    names = [name for name in result["names"] if any(name in row["ns"] for row in result["blocks"])]
+    rows = [
+        (str(row["n_blocks"]), *_cells(row["ns"], names, 1 / row["n_blocks"]))
+        for row in result["blocks"]
     ]
-    rows = []
-    for row in result["blocks"]:
-        cells = [_cell(_median(row["ns"].get(name)), 1 / row["n_blocks"]) for name in names]
-        rows.append((str(row["n_blocks"]), *cells))
     _, noise, belt_velocity = result["conditions"]["scaling_case"]
     text = f"Cost in ns per block and unit of time at σ = {noise:g}, u = {belt_velocity:g}."
-    header = ("N", *(LABELS[name] for name in names))
-    return Sheet("Number of blocks", text, header, rows)
+    return Sheet("Number of blocks", text, ("N", *_labels(names)), rows)
 
 
 def _cores(result):
     rows = []
     for name, gains in result["cores"].items():
-        if wall := gains["wall"]:
-            numbers = _median(wall), max(wall), _median(gains["processor"])
-            rows.append((LABELS[name], *(f"{number:.2f}" for number in numbers)))
+        wall, processor = gains["wall"], gains["processor"]
+        numbers = np.median(wall), max(wall), np.median(processor)
+        rows.append((LABELS[name], *(f"{number:.2f}" for number in numbers)))
     text = (
         "Work per time of two processes, divided by that of one process (target 1.9). The clock "
         "counts other programs too, the processor time only how the two slow each other down."
@@ -211,7 +196,7 @@ def _processes(result):
     rows = []
     for name, memory in result["memory"].items():
         megabytes = [f"{memory[when] / 1e6:.0f}" for when in ("start", "end")]
-        rows.append((LABELS[name], *megabytes, f"{_median(result['first_step'][name]):.2f}"))
+        rows.append((LABELS[name], *megabytes, f"{np.median(result['first_step'][name]):.2f}"))
     n_blocks, width = result["conditions"]["scaling_case"][0], result["conditions"]["width"]
     text = (
         f"Peak memory of a process with {width} chains of {n_blocks} blocks, with all libraries, "
@@ -222,14 +207,18 @@ def _processes(result):
     return Sheet("Memory and start", text, header, rows)
 
 
-def _median(values):
-    return float(np.median(values)) if values else None
+def _labels(names):
+    return (LABELS[name] for name in names)
 
 
-def _cell(value, factor=1.0):
+def _cells(values, names, factor=1.0):
+    """The median of the values of each competitor, times a factor."""
+    return [
+        _cell(factor * np.median(values[name])) if name in values else _MISSING for name in names
+    ]
+
+
+def _cell(value):
     """Three digits, without an exponent."""
-    if value is None:
-        return _MISSING
-    value *= factor
     digits = 2 - int(np.floor(np.log10(value)))
     return f"{round(value, digits):.{max(digits, 0)}f}"

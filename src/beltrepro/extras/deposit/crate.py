@@ -7,6 +7,7 @@ step for each rule, and each job is an action with its inputs, outputs, times an
 from __future__ import annotations
 
 import json
+import mimetypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -33,18 +34,9 @@ _USAGE = (  # name, column of the benchmark file, unit
     ("max_rss", "max_rss", "https://qudt.org/vocab/unit/MebiBYTE"),
 )
 _ENGINE = "https://snakemake.github.io"
-_MEDIA = {
-    ".csv": "text/csv",
-    ".h5": "application/x-hdf5",
-    ".html": "text/html",
-    ".json": "application/json",
-    ".md": "text/markdown",
-    ".pdf": "application/pdf",
-    ".png": "image/png",
-    ".py": "text/x-python",
-    ".tsv": "text/tab-separated-values",
-    ".yaml": "application/yaml",
-}
+_MEDIA = mimetypes.MimeTypes()  # those of Python, not of the machine
+_MEDIA.add_type("text/markdown", ".md")
+_MEDIA.add_type("application/yaml", ".yaml")
 
 
 @dataclass(frozen=True)
@@ -135,7 +127,7 @@ class _Made:
             "name": path.removeprefix(f"{self.run.folder}/"),
             "contentSize": str(there.stat().st_size),
             "sha256": seal.digest_of(there),
-            "encodingFormat": _MEDIA.get(there.suffix, "text/plain"),
+            "encodingFormat": _MEDIA.guess_type(there.name)[0] or "text/plain",
         }
 
     # --- the parts ---

@@ -161,17 +161,15 @@ def write_film(
     rate = clock.frames_per_second
     count = round(duration * rate)
     view = View(player, clock, span=span_of(clock, duration))
-    pictures = _pictures(view, player, clock, count, progress or (lambda fraction: None))
-    frames = (Frame(number / rate, picture) for number, picture in enumerate(pictures))
-    write_video(path, frames, frames_per_second=rate, preset="medium")
+
+    def frames() -> Iterator[Frame]:
+        now = player
+        for number in range(count):
+            now = now.advance(clock.ticks_of_frame if number else 0)
+            view.draw(now, clock)
+            yield Frame(number / rate, view.pixels())
+            if progress:
+                progress((number + 1) / count)
+
+    write_video(path, frames(), frames_per_second=rate, preset="medium")
     return view
-
-
-def _pictures(
-    view: View, player: Player, clock: Clock, count: int, progress: Callable[[float], None]
-) -> Iterator[np.ndarray]:
-    for number in range(count):
-        player = player.advance(clock.ticks_of_frame if number else 0)
-        view.draw(player, clock)
-        yield view.pixels()
-        progress((number + 1) / count)

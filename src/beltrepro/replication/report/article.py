@@ -8,7 +8,7 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import registry
 from beltrepro.replication.report.claim_results import Answer, Result, Results, count
-from beltrepro.replication.report.findings import missed_range, missed_verdict, printed_and_measured
+from beltrepro.replication.report.findings import missed, printed_and_measured
 from beltrepro.replication.report.sentences import filled, typeset
 from beltrepro.replication.report.trust import DECIDING, dated, dates
 from beltrepro.replication.verdicts import ledger
@@ -78,10 +78,10 @@ def text() -> str:
 def refuse_what_does_not_hold(prose: str, results: Results) -> None:
     """Raise InputError for the first sentence whose conditions a run does not meet."""
     for line in prose.splitlines():
-        missed = [reason for reason in _missed(line, results) if reason]
-        if missed:
+        lies = [(place, [float(low), float(high)]) for place, low, high in _LIES.findall(line)]
+        if reasons := list(missed(results, _RESTS.findall(line), lies)):
             raise InputError(
-                f"{_read(line)!r} is not what this run found: {'; '.join(missed)}; "
+                f"{_read(line)!r} is not what this run found: {'; '.join(reasons)}; "
                 f"change {PROSE} in {_ROOM.replace('.', '/')}"
             )
 
@@ -96,13 +96,6 @@ def _read(line: str) -> str:
     ):
         line = markup.sub(words, line)
     return line.strip()
-
-
-def _missed(line: str, results: Results) -> Iterator[str | None]:
-    for claim, question, verdict in _RESTS.findall(line):
-        yield missed_verdict(results, claim, question, verdict)
-    for place, low, high in _LIES.findall(line):
-        yield missed_range(results, place, [float(low), float(high)])
 
 
 def numbers_in(prose: str, results: Results, about: Mapping[str, str]) -> dict[str, str]:

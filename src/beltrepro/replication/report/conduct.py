@@ -2,7 +2,6 @@
 
 import os
 
-import numpy as np
 import pandas as pd
 
 from beltrepro.replication.report.material import Material, distinct
@@ -10,14 +9,6 @@ from beltrepro.replication.report.trust import PAPER_DURATION, PAPER_TRANSIENT, 
 from beltrepro.replication.verdicts.ledger import read_yaml
 
 WORDS = read_yaml("beltrepro.replication.report", "page.yaml")
-_DIGITS = {
-    "energy_residual": ".1e",
-    "wrong_way": ".2g",
-    "overload": ".4g",
-    "deviation": ".1e",
-    "noise_ratio": ".3f",
-    "noise_error": ".3f",
-}
 
 
 def deviations(material: Material) -> dict:
@@ -48,21 +39,22 @@ def runs(material: Material) -> dict:
     """Rows of plain values, from the attributes of the datasets and from audit.csv."""
     audits = []
     if material.has(["audit"]):
-        audits = [_audit(row) for row in pd.read_csv(material.file("audit")).to_dict("records")]
+        audits = pd.read_csv(material.file("audit")).to_dict("records")
     return {"runs": material.datasets, "audits": audits}
 
 
 def times(material: Material) -> dict:
     """Jobs, time (s) and memory (MB) per kind of rule, from the benchmark files of Snakemake."""
-    groups: dict[str, list[pd.DataFrame]] = {}
+    tables = [pd.DataFrame(columns=["s", "max_rss", "group"], dtype=float)]
     for path in sorted(material.benchmarks.rglob("*.tsv")):
-        relative = path.relative_to(material.benchmarks)
-        group = relative.parts[0] if len(relative.parts) > 1 else path.stem
+        group = path.relative_to(material.benchmarks).with_suffix("").parts[0]
         # of a job that ended at once Snakemake knows no memory, and writes - or NA
-        jobs = pd.read_csv(path, sep="\t", na_values="-").reindex(columns=["s", "max_rss"])
-        groups.setdefault(group, []).append(jobs)
-    order = [*WORDS["rules"], *sorted(groups.keys() - WORDS["rules"].keys())]
-    return {"rules": [_times_of(name, pd.concat(groups[name])) for name in order if name in groups]}
+        tables.append(pd.read_csv(path, sep="\t", na_values="-").assign(group=group))
+    groups = pd.concat(tables).groupby("group")
+    columns = {"jobs": ("s", "size"), "seconds": ("s", "sum"), "longest": ("s", "max")}
+    rows = groups.agg(**columns, memory_mb=("max_rss", "max")).fillna(0.0).to_dict("index")
+    names = WORDS["rules"] | {name: name for name in sorted(rows.keys() - WORDS["rules"].keys())}
+    return {"rules": [{"rule": names[name]} | rows[name] for name in names if name in rows]}
 
 
 def environment(material: Material) -> dict:
@@ -76,23 +68,4 @@ def environment(material: Material) -> dict:
         "preset": material.preset,
         "constants": material.settings["model"],
         "laminar_time": material.settings["defaults"]["laminar_time"],
-    }
-
-
-def _audit(row: dict) -> dict:
-    """A row as text; what does not apply is empty."""
-    return row | {
-        name: "" if np.isnan(row[name]) else format(row[name], digits)
-        for name, digits in _DIGITS.items()
-    }
-
-
-def _times_of(name: str, jobs: pd.DataFrame) -> dict:
-    most = jobs.max().fillna(0.0)
-    return {
-        "rule": WORDS["rules"].get(name, name),
-        "jobs": len(jobs),
-        "seconds": float(jobs["s"].sum()),
-        "longest": float(most["s"]),
-        "memory_mb": float(most["max_rss"]),
     }

@@ -1,7 +1,7 @@
 """What was found, in a few sentences that people wrote, each watched by its conditions."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,31 +63,33 @@ def _finding(
 ) -> Finding:
     sentence = filled(text, results)
     unmet = [] if sentence else ["a number in it was not found"]
-    missed = [
-        missed_verdict(results, claim, question, word_of(word))
-        for claim, wanted in verdicts.items()
-        for question, word in wanted.items()
+    wanted = [
+        (claim, question, word_of(word))
+        for claim, words_of_claim in verdicts.items()
+        for question, word in words_of_claim.items()
     ]
-    missed += [missed_range(results, place, allowed) for place, allowed in numbers.items()]
-    unmet += [reason for reason in missed if reason]
+    unmet += missed(results, wanted, numbers.items())
     claims = dict.fromkeys([*verdicts, *(place_of(place)[1] for place in numbers)])
     rests_on = tuple(results[name] for name in claims if name in results)
     return Finding(topic, sentence or text, figure, tuple(unmet), rests_on)
 
 
-def missed_verdict(results: Results, claim: str, question: str, wanted: str) -> str | None:
-    """In words, that a claim has another verdict; None if it has this one."""
-    verdict = results[claim].verdicts[question] if claim in results else "missing"
-    return None if verdict == wanted else f"{claim} is {verdict} as {question}, not {wanted}"
+def missed(
+    results: Results, verdicts: Iterable[tuple[str, str, str]], ranges: Iterable[tuple[str, Any]]
+) -> Iterator[str]:
+    """In words, each verdict that is another one, and each number whose interval leaves its range.
 
-
-def missed_range(results: Results, place: str, allowed: Any) -> str | None:
-    """In words, that the interval of a number leaves a range; None if it lies in it."""
-    number, (low, high) = number_at(place, results), bounds(allowed)
-    if number and low <= number.estimate.low <= number.estimate.high <= high:
-        return None
-    words_of_number = number.words if number else "not found"
-    return f"{place} is {words_of_number}, not {range_in_words(allowed)}"
+    verdicts : claim, question and the verdict wanted; ranges : place of the number and its range.
+    """
+    for claim, question, wanted in verdicts:
+        verdict = results[claim].verdicts[question] if claim in results else "missing"
+        if verdict != wanted:
+            yield f"{claim} is {verdict} as {question}, not {wanted}"
+    for place, allowed in ranges:
+        number, (low, high) = number_at(place, results), bounds(allowed)
+        if not (number and low <= number.estimate.low <= number.estimate.high <= high):
+            measured = number.words if number else "not found"
+            yield f"{place} is {measured}, not {range_in_words(allowed)}"
 
 
 def word_of(verdict: str | bool) -> str:

@@ -4,7 +4,7 @@ from beltrepro.replication.report import trust
 from beltrepro.replication.report.claim_results import Result, count
 from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS
+from beltrepro.replication.verdicts.criteria import QUESTIONS
 from beltrepro.replication.verdicts.ledger import SEEN, read_yaml
 
 TABLES = ("claims", "estimates")  # files that these sections need
@@ -21,8 +21,6 @@ def summary(material: Material) -> dict:
         "findings": findings_of(results),
         "drawn": set(material.images),
         "first": [one for one in material.pictures if one["name"] in WORDS["first"]],
-        "questions": QUESTIONS,
-        "verdicts": VERDICTS,
         "counts": count(results),
         "trust": [*trust.trust(results, material.settings, material.others), trust.dates(results)],
     }
@@ -38,8 +36,6 @@ def cards(material: Material) -> dict:
         groups[group].append(_card(result, material.pictures))
     return {
         "groups": {title: group for title, group in groups.items() if group},
-        "questions": QUESTIONS,
-        "verdicts": VERDICTS,
         "counts": count(material.claims),
     }
 

@@ -10,7 +10,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.replication.report.contents import MOTION, SECTIONS, SUMMARY, PageSection
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.report.sentences import as_sentence, typeset
-from beltrepro.replication.verdicts.criteria import VERDICTS, range_in_words
+from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS, range_in_words
 
 STYLES = ("report.css", *MOTION.styles)
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
@@ -48,6 +48,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals |= {"questions": QUESTIONS, "verdicts": VERDICTS}
     environment.filters |= {
         "slug": lambda verdict: verdict.replace(" ", "-"),
         "symbol": SYMBOLS.__getitem__,
