@@ -159,8 +159,9 @@ def project(made, tmp_path):
 
 def unpacked(project, tmp_path):
     path = project / "results" / "own" / "beltrepro-own.zip"
-    archive.write(path, project, RUN)
+    count = archive.write(path, project, RUN)
     with zipfile.ZipFile(path) as file:
+        assert len(set(file.namelist())) == count
         file.extractall(tmp_path / "elsewhere")
     return tmp_path / "elsewhere" / "beltrepro-own"
 
