@@ -80,6 +80,13 @@ def test_one_block_on_a_linear_spring_has_no_end(quantity, lower, upper):
     assert one.word == "1- 1|" and one.passed == ()
 
 
+def test_a_branch_begins_at_the_limit_of_a_quantity(two):
+    """Viscosity is never negative, so nothing can be tried behind its limit."""
+    one = orbit_branch(two, "viscosity", lower=0.0, upper=1e-3, step=5e-4)
+    assert (one.lower, one.upper) == (0.0, 1e-3)
+    assert np.all(np.diff(one.period_time) != 0)
+
+
 def test_one_block_ends_where_it_meets_the_wall():
     """It swings about k, by the reach of its force and the velocity of the belt together."""
     chain = ChainParameters(1, 3.0, linear_limit=1000.0)

@@ -341,7 +341,10 @@ def _predicted(here: _Point, value: float, course: _Course) -> tuple[ChainState,
     # what is apart after a period, a small part of the way back or ahead, says how the orbit must
     # change; near an end its word may be another there
     for share in (-_PREDICTED, _PREDICTED):
-        nearby = orbit.state.under(course.chain(orbit, now + share * (value - now)))
+        try:
+            nearby = orbit.state.under(course.chain(orbit, now + share * (value - now)))
+        except InputError:  # no chain has such a value: the branch begins at a limit
+            continue
         run = follow(nearby, orbit.period_time, tolerance=course.tolerance)
         if words.kinds(words.symbols(run.events)) == words.kinds(here.word):
             apart = (coordinates(run.final_state) - coordinates(nearby)) / share
