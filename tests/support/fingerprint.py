@@ -160,7 +160,9 @@ def _artist(artist):
     """Words and numbers of one artist."""
     if isinstance(artist, Text):
         look = [artist.get_text(), to_hex(artist.get_color(), keep_alpha=True)]
-        return [*look, artist.get_fontsize(), artist.get_position()] if look[0] else []
+        ends = getattr(artist, "xy", ())  # what an arrow points at
+        place = [artist.get_fontsize(), artist.get_position(), ends]
+        return [*look, *place] if look[0] or ends else []
     if isinstance(artist, Line2D):
         look = [to_hex(artist.get_color()), artist.get_marker(), artist.get_linestyle()]
         look += [to_hex(artist.get_markerfacecolor()), to_hex(artist.get_markeredgecolor())]
