@@ -281,5 +281,5 @@ def pages_fit_a_phone_and_ask_nobody(site, tmp_path):
     assert [one["page"] for one in seen] == names
     assert {one["page"]: one["beyond"] for one in seen if one["beyond"] > 0} == {}
     assert {url for one in seen for url in one["loaded"] if not url.startswith(origin)} == set()
-    playing = ["index.html", "explanation/motion.html"]
-    assert [one["page"] for one in seen if one["plays"]] == playing
+    playing = {"index.html", "explanation/motion.html"}
+    assert {one["page"] for one in seen if one["plays"]} == playing
