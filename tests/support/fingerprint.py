@@ -53,14 +53,14 @@ def of_test(name):
         if WRITING:
             _written[name] = list(_seen)
             return
-        known = _known().get(name)
-        assert known is not None, f"no fingerprints of {name}: write them, see {__file__}"
+        listed = _listed().get(name)
+        assert listed is not None, f"no fingerprints of {name}: write them, see {__file__}"
         differing = [
             number
-            for number, (one, other) in enumerate(zip_longest(_seen, known), start=1)
+            for number, (one, other) in enumerate(zip_longest(_seen, listed), start=1)
             if one is None or other is None or not same(one, other)
         ]
-        assert not differing, f"other than it was: number {differing} of {len(known)} things seen"
+        assert not differing, f"other than it was: number {differing} of {len(listed)} things seen"
 
     _seen.clear()
     yield check
@@ -80,7 +80,7 @@ def write():
 
 
 @functools.cache
-def _known():
+def _listed():
     return json.loads(LIST.read_text(encoding="utf-8"))
 
 
@@ -135,9 +135,9 @@ def _panel(axes):
     frame = [axes.get_xlabel(), axes.get_ylabel(), *title, axes.get_xscale(), axes.get_yscale()]
     limits = [axes.get_xlim(), axes.get_ylim(), axes.get_position(original=True).bounds]
     ticks = [[_ticks(axis), axis.get_ticklocs()] for axis in (axes.xaxis, axes.yaxis)]
-    own = [axes.patch, *axes.spines.values()]
+    frames = [axes.patch, *axes.spines.values()]
     artists = [artist for artist in axes.get_children() if isinstance(artist, SHOWN)]
-    drawn = [_artist(artist) for artist in artists if artist not in own]
+    drawn = [_artist(artist) for artist in artists if artist not in frames]
     return [frame, limits, ticks, _legend(axes.get_legend()), drawn]
 
 

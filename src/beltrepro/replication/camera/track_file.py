@@ -129,16 +129,16 @@ def _check(time_s: np.ndarray, x_m: np.ndarray, error_m: np.ndarray) -> None:
 def _settings(remarks: list[str]) -> dict[str, Any]:
     """Fields of a track in the first remark, as far as it has them."""
     try:
-        told = json.loads(remarks[0].lstrip("#"))
+        remark = json.loads(remarks[0].lstrip("#"))
     except (IndexError, ValueError, RecursionError):
-        told = {}
+        remark = {}
     settings: dict[str, Any] = {"lost_s": np.empty((0, 2))}
-    told = told if isinstance(told, dict) else {}
+    remark = remark if isinstance(remark, dict) else {}
     try:
         for name in _NUMBERS:
-            value = told.get(name)
+            value = remark.get(name)
             settings[name] = math.nan if value is None else checks.finite_number(name, value)
-        if stretches := told.get("lost_s"):
+        if stretches := remark.get("lost_s"):
             settings["lost_s"] = checks.numbers("lost_s", stretches, 2, rows=True).reshape(-1, 2)
     except InputError as reason:
         raise InputError(f"its first line has {reason}") from None
