@@ -10,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -527,6 +528,52 @@ def test_runs_are_added_in_jobs_that_are_planned(tree):
     assert jobs(dry_run) == {"simulate": 8, "add_runs": 4, "join": 1}
 
 
+def with_replicates(run, last, **more):
+    """A target and the settings of a run with few short replicates, numbered from 1 to the last."""
+    dataset = {"belt_velocity": [6, 14, 18, 33], "noise": [1], "points_per_job": 6}
+    dataset |= {"replicate": {"start": 1, "stop": last, "step": 1}, "duration": 400} | more
+    dataset |= {"transient": 100, "initial_spread": 1}
+    presets = {"smoke": {"datasets": {"n5_u7": dataset}}}
+    settings = ["preset=smoke", f"run={run}", f"presets={json.dumps(presets)}"]
+    return f"results/{run}/datasets/n5_u7.h5", settings
+
+
+@pytest.mark.slow
+def test_a_run_killed_between_two_rounds_goes_on_with_the_same_bits(tree):
+    rule = {"by": 4, "up_to": 12, "of": "disorder_parameter", "half_width": 1e-9}
+    target, settings = with_replicates("killed", 4, more_runs=rule)
+    batches = tree / "results/killed/batches/n5_u7"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "snakemake", "--cores", "1", target, "--config", *settings],
+        cwd=tree,
+        env=os.environ | {"PYTHONPATH": str(tree / "src")},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    while process.poll() is None and not (batches / "round1_0000.h5").exists():
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert not (batches / "round2_0000.h5").exists()
+    before = {path: path.stat().st_mtime_ns for path in batches.glob("[0-9]*.h5")}
+    assert len(before) == 3
+    done = snakemake(tree, "--cores", "1", target, settings=settings)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert before == {path: path.stat().st_mtime_ns for path in before}
+    other, settings = with_replicates("planned", 12)
+    done = snakemake(tree, "--cores", "1", other, settings=settings)
+    assert done.returncode == 0, done.stdout + done.stderr
+    added, planned = (store.read(tree / path).arrays for path in (target, other))
+    places, first = np.unique(added["belt_velocity"][:16]), np.arange(1, 5)
+    expected = [(place, run) for round in (0, 4, 8) for place in places for run in first + round]
+    result = zip(added["belt_velocity"], added["replicate"], strict=True)
+    assert [*result] == expected
+    order = np.lexsort([added["replicate"], added["belt_velocity"]])
+    for name, values in planned.items():
+        np.testing.assert_array_equal(added[name][order], values, err_msg=name)
+
+
 # --- the whole, slow ---
 
 
@@ -611,6 +658,23 @@ def test_smoke_has_the_numbers_of_the_published_list(smoke, capsys):
     """On a like machine the same bits; elsewhere within the bounds of docs/integrity.md."""
     status = cli.main(["verify", str(smoke), "--list", str(ROOT / "docs/results/smoke.json")])
     assert status == 0, capsys.readouterr()
+
+
+@pytest.mark.slow
+def test_a_file_copied_over_another_is_refused_with_the_remedy(tree, smoke):
+    path = smoke / "datasets" / "n5_rows.h5"
+    before = path.read_bytes()
+    target = "results/smoke/figures/fig17.png"
+    try:
+        shutil.copy(smoke / "datasets" / "n5_map.h5", path)
+        done = snakemake(tree, "--cores", "1", target)
+    finally:
+        path.write_bytes(before)
+    line = done.stderr.strip().splitlines()[-1]
+    assert done.returncode == 1
+    assert "holds dataset n5_map (scan) of preset smoke, run smoke" in line
+    assert line.endswith("rm results/smoke/datasets/n5_rows.h5 && "
+                         "snakemake --cores 2 --config preset=smoke")  # fmt: skip
 
 
 @pytest.mark.slow
