@@ -137,3 +137,24 @@ def test_each_slip_is_kicked_forward_and_back():
     expected = [[1, 3.75], [1, 4.25], [0.75, 4], [1.25, 4]]
     assert asked["places"] == pytest.approx(np.array(expected))
     assert asked["begun"] == [1.5, 1.5, 7.0, 7.0] and asked["duration"] == 30.0
+
+
+def test_the_scatter_is_the_root_mean_square_of_the_later_returns(monkeypatch, track):
+    lengths = [5, 8, 11, 6, 9, 12, 7, 10]  # returns of each of the runs
+    away = [np.linspace(1, 3 + run, count) * 1e-9 for run, count in enumerate(lengths)]
+    phases = [0.0, 0.3, 0.6]
+
+    class Log:
+        def returns(self, lane):
+            first = np.searchsorted(track.times, phases[lane % 3] * PERIOD)
+            states = STATES[(first + np.arange(lengths[lane])) % 3].copy()
+            states[np.arange(lengths[lane]), np.arange(lengths[lane]) % 4] += away[lane]
+            return np.arange(lengths[lane], dtype=float), states, None
+
+    monkeypatch.setattr(orbit_loss, "_disturbed", lambda *of: None)
+    monkeypatch.setattr(orbit_loss, "_returns", lambda *of: Log())
+    monkeypatch.setattr(orbit_loss.Track, "phases", phases)
+    late = [distance for run in away for distance in run[len(run) // 2 :]]
+    assert track.scatter(duration=50.0) == pytest.approx(
+        1e9 * np.sqrt(np.mean(np.square(late))), rel=1e-5
+    )

@@ -291,3 +291,15 @@ def test_published_viscous_trials_fall_through_the_recorded_r():
         for _, line in here[here["friction_ratio"] == 0.45].groupby("noise"):
             r = line.sort_values("viscosity")["r"].to_numpy()
             assert r[0] > observation.disorder_parameter > r[-1]
+
+
+def test_a_prediction_weighs_trials_by_the_posterior():
+    values = np.array([[5.0, 1.0, 2.0], [4.0, 9.0, 7.0], [3.0, 8.0, 6.0]])
+    weights = [3, 0, 2]
+    answer = inference.Posterior({"mean": np.arange(3.0)}, np.array(weights) / 5, 0.1, (4,))
+    drawn = np.concatenate(
+        [np.repeat(row, weight) for row, weight in zip(values, weights, strict=True)]
+    )
+    wanted = [0.1, 0.5, 0.84]
+    expected = np.quantile(drawn, wanted, method="inverted_cdf")
+    np.testing.assert_array_equal(inference.predicted(answer, values, wanted), expected)
