@@ -1,12 +1,16 @@
 """Recordings of the last block: r, quiet stretches and spectra of series with known answers."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.signal import lfilter
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.replication.camera.scene import lengths_of_blocks
+from beltrepro.replication.studies.experiment.recording_figure import draw_trace
 
 RATE = 24.0
 
@@ -208,3 +212,20 @@ def test_too_few_or_wrong_data_are_refused_in_a_line(time, position, words):
     with pytest.raises(NotEnoughDataError, match=words) as caught:
         analyse(time, position)
     assert "\n" not in str(caught.value)
+
+
+def test_the_trace_is_broken_where_nothing_was_seen():
+    time = np.concatenate([np.arange(0, 5.0), np.arange(8.5, 11.0), np.arange(11.5, 20.0, 2.5)])
+    recording = SimpleNamespace(
+        time_s=time, x_m=0.5 + 0.01 * time, interval_s=1.0, mean_length=0.6, small_share=0.25,
+        small_s=np.array([[1.0, 3.0], [12.0, 19.0]]), disorder=SimpleNamespace(words="0.13"),
+    )  # fmt: skip
+    axes = Figure().subplots()
+    words = draw_trace(axes, recording)
+    x, y = axes.lines[0].get_data()
+    assert np.flatnonzero(np.isnan(y)).tolist() == [5]  # 2.5 intervals are no gap
+    np.testing.assert_array_equal(x[np.isfinite(y)], time)
+    np.testing.assert_allclose(y[np.isfinite(y)], 50 + time)
+    spans = [patch.get_x() for patch in axes.patches]
+    assert spans == [1.0, 12.0] and axes.lines[1].get_ydata() == [60.0, 60.0]
+    assert words == ("$r$ = 0.13", "small amplitude 25 % of the time, 7 s at most")
