@@ -47,7 +47,8 @@ def _attractor(evidence):
     place = {"belt_velocity": evidence.claim.parameters["belt_velocity"]}
     runs = Settling.of(evidence, SETTLING[EXACT], **place)
     staying = {"irregular for 1e6": runs.irregular_for(1e6)}
-    return Measurement(section.judged | staying, {"exponent": runs.exponent}, note=runs.words)
+    also = {"irregular for 1e5": runs.irregular_for(LONG), "exponent": runs.exponent}
+    return Measurement(section.judged | staying, also, note=runs.words)
 
 
 def _section(evidence, name, only_shown):
