@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from beltrepro import (
     simulate,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos import words
+from beltrepro.chaos import continuation, words
 from beltrepro.chaos.words import Symbol
 from exact_orbits import ExactOrbit
 
@@ -320,3 +321,58 @@ def test_several_periods_are_refused(two):
 def test_a_run_without_events_has_no_word(two):
     events = two.run().events
     assert words.symbols(events[:0]) == [] and len(words.symbols(events)) > 3
+
+
+# --- what is said of an end -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "appears", "at_once", "says"),
+    [
+        ("|", True, False, "block 2, which slips, touches the velocity of the belt"),
+        ("|", False, False, "block 2 no longer reaches the velocity of the belt"),
+        ("-", True, False, "block 2, which is stuck, touches the static friction"),
+        ("+", False, False, "block 2 no longer reaches the static friction"),
+        ("-", True, True, "a stick of block 2 between two slips has no length"),
+        ("|", False, True, "a stick of block 2 between two slips has no length"),
+    ],
+)
+def test_an_end_where_an_event_comes_or_goes(kind, appears, at_once, says):
+    end = continuation._grazing(7.5, words.Difference(Symbol(1.0, 2, kind), appears, at_once))
+    name = "stick of no length" if at_once else "grazing"
+    assert (end.parameter, end.kind, end.block) == (7.5, name, 2) and says in end.text
+
+
+@pytest.mark.parametrize(
+    ("multipliers", "kind", "says"),
+    [
+        ([1.0, 0.3, -1.0002, 0.1], "period doubling", "a multiplier is -1"),
+        ([1.0, -0.9, 0.1, 1.0003], "fold", "a multiplier is 1"),
+        ([1.0, 0.6 + 0.8001j, 0.6 - 0.8001j, 0.2], "torus", "0.6 +- 0.8i of modulus 1"),
+    ],
+)
+def test_what_happens_where_a_multiplier_leaves_the_circle(multipliers, kind, says):
+    word = [Symbol(0.0, 1, "-"), Symbol(1.0, 1, "|")]
+    before, after = (
+        SimpleNamespace(orbit=SimpleNamespace(multipliers=np.array(values), trivial=0,
+                        parameters=ChainParameters(2, 6.0)), word=word)
+        for values in (np.array(multipliers) * 0.99, multipliers)
+    )  # fmt: skip
+    course = continuation._Course("belt_velocity", 0.1, True, None)
+    special = continuation._happens(before, after, course)
+    assert (special.parameter, special.kind, special.block) == (6.0, kind, 0)
+    assert says in special.text
+
+
+@pytest.mark.parametrize(("more", "goes"), [(False, "shrinks to nothing"), (True, "appears")])
+def test_what_happens_where_a_stick_comes_or_goes(more, goes):
+    slips = [Symbol(0.0, 3, "-"), Symbol(1.0, 3, "|"), Symbol(2.0, 3, "-"), Symbol(3.0, 3, "|")]
+    points = [
+        SimpleNamespace(orbit=SimpleNamespace(largest_multiplier=size), word=word)
+        for size, word in ((0.5, slips), (-40.0, [slips[0], *slips[2:]]))
+    ]
+    course = SimpleNamespace(value=lambda point: 6.0)
+    special = continuation._happens(*(points[::-1] if more else points), course)
+    assert (special.kind, special.block) == ("stick of no length", 3)
+    sizes = "40 to 0.5" if more else "0.5 to 40"
+    assert f"stick of block 3 between two slips {goes}" in special.text and sizes in special.text

@@ -1,18 +1,28 @@
 """The runs behind published tables, few and short, against the calls that they stand for."""
 
+import functools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.special import expit
 
-from beltrepro import ChainParameters, periodic_orbit, simulate
+from beltrepro import ChainParameters, audit, catalogue, periodic_orbit, simulate
+from beltrepro.base.store import Dataset
 from beltrepro.chaos import orbit_loss
+from beltrepro.replication.plan.files import CHAIN
+from beltrepro.replication.studies.avalanches import runs as avalanches
 from beltrepro.replication.studies.disturbance import measure
 from beltrepro.replication.studies.disturbance import runs as disturbance
 from beltrepro.replication.studies.friction_ratio import runs as friction
+from beltrepro.replication.studies.laws import measure as laws
+from beltrepro.replication.studies.sizes import measure as sizes
+from beltrepro.stats import estimates
 from beltrepro.stats.motion import PERIODIC
+
+COUNTED = ("one_block", "several_blocks", "all_blocks")
 
 # --- the fall at other friction ratios ------------------------------------------------------------
 
@@ -128,9 +138,76 @@ def test_laws_of_made_up_lifetimes(monkeypatch, mean, given_up):
     ).assign(settled=times < given_up)
     few = pd.DataFrame([others] * 99)
     monkeypatch.setattr(measure, "_published", lambda name: pd.concat([few, runs]))
+    fewer = functools.partial(estimates.bootstrap, resamples=60)
+    monkeypatch.setattr(estimates, "bootstrap", lambda *of, resamples: fewer(*of))
     (row,) = measure.lifetime_laws({}).to_dict("records")
     ended = times < given_up
     assert row["mean"] == pytest.approx(np.minimum(times, given_up).sum() / ended.sum())
     assert (row["runs"], row["ended"], row["n_blocks"]) == (160, ended.sum(), 5)
     assert row["shape_low"] < row["shape"] < row["shape_high"]
     assert row["shape"] == pytest.approx(1, abs=0.2) and row["aic_exponential"] < 4
+
+
+# --- energies of avalanches, audits, sections -----------------------------------------------------
+
+
+def test_energies_of_avalanches_are_counted_by_run_bin_and_blocks(monkeypatch):
+    for name, value in (("RUNS", 3), ("DURATION", 3000.0), ("TRANSIENT", 600.0)):
+        monkeypatch.setattr(avalanches, name, value)
+    rows = list(avalanches.energies(3))
+    chain = ChainParameters(3, 1.0)
+    start = np.cumsum(50 + _stretched(np.arange(3, 0, -1) * 0.45 * 71.4))
+    for number in (1, 3):
+        seen = catalogue(
+            chain, method="event", replicate=number, initial_positions=start, initial_spread=1.0,
+            duration=3000.0, transient=600.0,
+        )["avalanches"]  # fmt: skip
+        expected = {}
+        for energy, blocks in zip(seen["dissipated"], seen["blocks"], strict=True):
+            if energy > 0:
+                middle = 10 ** ((math.floor(20 * math.log10(energy)) + 0.5) / 20)
+                name = {1: "one_block", 3: "all_blocks"}.get(int(blocks), "several_blocks")
+                counts = expected.setdefault(round(middle, 9), dict.fromkeys(COUNTED, 0))
+                counts[name] += 1
+        here = [row for row in rows if row["run"] == number]
+        assert {round(row["energy"], 9): {k: row[k] for k in COUNTED} for row in here} == expected
+        assert sum(sum(counts.values()) for counts in expected.values()) > 20
+
+
+def test_a_dataset_is_audited_as_its_run():
+    chain = ChainParameters(2, 5.0, noise=0.5)
+    run = simulate(chain, method="event", duration=60, sample_interval=0.1)
+    of_run = {name: getattr(run, name) for name in ("time", "positions", "velocities", "friction")}
+    about = {name: getattr(chain, name) for name in CHAIN} | {"method": "event", "time_step": 1e-3}
+    residual = np.array([run.energy_residual])
+    data = Dataset(of_run | {"energy_residual": residual}, about)
+    table = laws.audit(dict.fromkeys(laws.TABLES["audit"].uses, data))
+    assert table["dataset"].tolist() == ["u20", "u17", "friction_event", "n10_u28"]
+    for name, value in vars(audit(run)).items():
+        assert table[name].to_numpy() == pytest.approx([value] * 4, nan_ok=True), name
+    assert set(table["noise"]) == {0.5} and set(table["belt_velocity"]) == {5.0}
+
+
+def test_distributions_at_the_section_are_compared_and_averaged_over_u(monkeypatch):
+    monkeypatch.setattr(sizes, "RESAMPLES", 3)
+    u, rng = np.array([1.0, 2.0, 4.0, 5.0, 9.0, 20.0]), np.random.default_rng(8)
+
+    def row(shift, counts):
+        samples = {p: shift * p + rng.normal(size=n) for p, n in zip(u, counts, strict=True)}
+        place = np.repeat(u, counts)
+        velocities = np.concatenate([samples[p] for p in u])
+        velocities[place == 5.0] = np.where(rng.random(sum(place == 5.0)) < 0.9, np.nan, 1.0)
+        return SimpleNamespace(
+            belt_velocity=place, velocities=velocities, samples=samples,
+            between=lambda low, high: (place >= low) & (place <= high),
+        )  # fmt: skip
+
+    quiet, noisy = row(0.0, [40, 50, 35, 60, 45, 80]), row(0.2, [45, 40, 55, 70, 36, 90])
+    counted = [1.0, 2.0, 4.0, 9.0]  # at 5 there are few crossings, 20 is beyond the range
+    far = []
+    for place in counted:
+        one, other = quiet.samples[place], noisy.samples[place]
+        ends = np.concatenate([one, other])
+        far.append(max(abs(np.mean(one <= end) - np.mean(other <= end)) for end in ends))
+    value = sizes.effect_on_section(1.0, 9.0, quiet, noisy).value
+    assert value == pytest.approx(np.trapezoid(far, counted) / 8)
