@@ -1,0 +1,83 @@
+"""What stops a run that cannot go on: states that are no numbers, events that fill the memory."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from advancing import small_buffers
+from beltrepro import ChainParameters, ChainState
+from beltrepro.base.errors import ModelStateError
+from beltrepro.engine import integrator as engine
+from beltrepro.simulation import sampling
+from beltrepro.simulation.groups import integrator_of
+from beltrepro.simulation.setup import Setup
+
+CHAINS = [ChainParameters(2, 5.0), ChainParameters(2, 9.0), ChainParameters(2, 7.0)]
+
+
+@pytest.mark.parametrize(("free", "stops"), [(0.8, True), (1.2, False), (None, False)])
+def test_events_stop_a_group_before_they_fill_the_memory(monkeypatch, free, stops):
+    log = SimpleNamespace(nbytes=100, counts=np.array([3, 9, 5]))
+    asked = []
+
+    def available():
+        asked.append(log.nbytes)
+        return None if free is None else free * log.nbytes
+
+    monkeypatch.setattr(sampling, "available", available)
+    monkeypatch.setattr(sampling, "_UNWATCHED", 1000)
+    watch = sampling.EventWatch([SimpleNamespace(parameters=chain) for chain in CHAINS], log)
+    watch.observe(SimpleNamespace(end=12.0))
+    for log.nbytes in (1000, 1900, 2000, 3900):
+        if stops:
+            with pytest.raises(ModelStateError, match=r"u=9.*1e-06 GB at t = 12,"):
+                watch.observe(SimpleNamespace(end=12.0))
+            break
+        watch.observe(SimpleNamespace(end=12.0))
+    assert asked == ([1000] if stops else [1000, 2000])  # each time that they have doubled
+
+
+def test_free_memory_is_that_of_the_system():
+    assert 10**7 < sampling.available() < 10**14
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+@pytest.mark.parametrize("share", [0.8, 1.2])
+def test_a_buffer_of_events_doubles_up_to_a_size(monkeypatch, method, share):
+    group = integrator_of(Setup(CHAINS, method=method).cases)
+    small_buffers(group, 4, 4)
+    largest = group._events.rows.nbytes * 8  # after three doublings
+    monkeypatch.setattr(engine, "_LARGEST_BUFFER", int(share * largest))
+    with pytest.raises(
+        ModelStateError, match=r"u=\d.*: \d+ events since t = 0 are too many to record"
+    ):
+        for _ in group.advance(200.0):
+            pass
+    assert group._events.rows.nbytes == largest / (2 if share < 1 else 1)
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+@pytest.mark.parametrize("lane", [0, 2])
+def test_a_state_that_is_no_number_stops_with_the_chain_and_the_time(method, lane):
+    group = integrator_of(Setup(CHAINS, method=method).cases)
+    states = group.state()
+    broken = states[lane].displacements.copy()
+    broken[1] = np.nan
+    states[lane] = replace(states[lane], displacements=broken)
+    group.reinit(states)
+    with pytest.raises(ModelStateError, match=rf"u={CHAINS[lane].belt_velocity:g}.*not finite at"):
+        for _ in group.advance(5.0):
+            pass
+
+
+def test_states_are_equal_bit_by_bit():
+    state = ChainState.at_rest(CHAINS[0])
+    assert state == replace(state) and state != replace(state, time=1.0)
+    near = state.displacements + np.array([0.0, 1e-300])
+    assert state != replace(state, displacements=near) and state != 5
+    kept = replace(state, scheme={"a": np.array([1.0, np.nan])})
+    assert kept == replace(state, scheme={"a": np.array([1.0, np.nan])}) != state
+    for other in ({"b": kept.scheme["a"]}, {"a": np.array([1.0, 2.0])}, {"a": np.ones((1, 2))}):
+        assert kept != replace(state, scheme=other)
