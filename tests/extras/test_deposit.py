@@ -123,13 +123,16 @@ def git(top: Path, *arguments: str) -> str:
 
 SOURCES = ("Snakefile", "config.yaml", "CITATION.cff", "README.md", provenance.COMMIT_FILE)
 SOURCES += ("results/README.md", "workflow/scripts/join.py", "workflow/scripts/report.py")
+SOURCES += ("workflow/scripts/simulate.py",)
 RECORDS = (
+    crate.JobRecord("simulate", "batches/rows/0000", (), ("results/own/batches/rows/0000.h5",)),
     crate.JobRecord("join", "datasets/rows", ("results/own/batches/rows/0000.h5",),
                  ("results/own/datasets/rows.h5",)),
     crate.JobRecord("report", "report", ("results/own/datasets/rows.h5",),
                  ("results/own/report.html",)),
 )  # fmt: skip
 RULES = {
+    "simulate": ("Simulate a batch.", "workflow/scripts/simulate.py"),
     "join": ("Join the batches.", "workflow/scripts/join.py"),
     "report": ("Write the report.", "workflow/scripts/report.py"),
 }
@@ -146,13 +149,15 @@ def project(made, tmp_path):
     git(top, "add", ".")
     git(top, "commit", "-qm", "First")
     results = top / "results" / "own"
-    for folder in ("datasets", "batches/rows", "benchmarks/datasets", "logs"):
+    for folder in ("datasets", "batches/rows", "logs"):
         (results / folder).mkdir(parents=True)
     shutil.copy(made / "rows.h5", results / "datasets")
     shutil.copy(made / "rows.h5", results / "batches" / "rows" / "0000.h5")
     (results / "report.html").write_text("<p>Report</p>")
     (results / "logs" / "report.log").write_text("done")
-    (results / "benchmarks" / "datasets" / "rows.tsv").write_text("s\tmax_rss\n2.5\t81.25\n")
+    for name in ("datasets/rows.tsv", "batches/rows/0000.tsv"):
+        (results / "benchmarks" / name).parent.mkdir(parents=True, exist_ok=True)
+        (results / "benchmarks" / name).write_text("s\tmax_rss\n2.5\t81.25\n")
     manifest.add(results, results.rglob("*.h*"))
     return top
 
@@ -170,7 +175,12 @@ def test_archive_has_sources_results_crate_and_the_checksum_of_each(project, tmp
     top = unpacked(project, tmp_path)
     there = {path.relative_to(top).as_posix() for path in top.rglob("*") if path.is_file()}
     made = {"datasets/rows.h5", "report.html"}
-    results = {*made, "benchmarks/datasets/rows.tsv", manifest.NAME}
+    results = {
+        *made,
+        "benchmarks/datasets/rows.tsv",
+        "benchmarks/batches/rows/0000.tsv",
+        manifest.NAME,
+    }
     expected = {*git(project, "ls-files").split(), manifest.CRATE, manifest.NAME}
     assert there == expected | {f"results/own/{name}" for name in results}
     listed = manifest.read(top)
@@ -234,6 +244,10 @@ def test_the_whole_run_was_told_its_preset_seed_and_machine(described):
     values = {entity["name"]: entity["value"] for entity in spec[1:]}
     assert values == {"preset": RUN.preset, "seed": str(RUN.seed)} | provenance.machine()
     assert spec[0]["@id"] == "source/config.yaml"
+    outputs = {path for record in RUN.records for path in record.outputs}
+    last = {path.removeprefix("results/own/") for path in outputs if "/batches/" not in path}
+    results = [entity["@id"] for entity in np.ravel(described["#run"]["result"])]
+    assert len(outputs) > len(last) == len(results) and set(results) == last
 
 
 def test_each_job_is_an_action_with_its_ends_time_and_memory(described):

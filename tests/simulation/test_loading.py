@@ -75,7 +75,14 @@ def test_only_what_does_not_come_back_is_a_beginning():
     time = np.arange(0, 100, 0.1)
     wave = np.sin(time)
     ramp = np.minimum(time - 20.0, 0.0)
-    for values, length in ((wave, 0), (wave + ramp, 19), (wave - ramp, 19), (wave + time, np.inf)):
+    still = 0 * wave  # equal to all that comes later
+    for values, length in (
+        (still, 0),
+        (wave, 0),
+        (wave + ramp, 19),
+        (wave - ramp, 19),
+        (wave + time, np.inf),
+    ):
         first = beginning(**bins_of(values))
         assert first.length == pytest.approx(length, abs=1) and first.matters == (length > 0)
     first = beginning(**bins_of(wave + ramp))
