@@ -2,11 +2,13 @@
 
 import dataclasses
 
+import cv2
 import numpy as np
 import pytest
 
 import fingerprint
 from beltrepro.base.errors import InputError
+from beltrepro.replication.camera import check_picture
 from beltrepro.replication.camera.camera import Movement
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.tracking import track
@@ -162,3 +164,36 @@ def test_the_blur_of_an_exposure_does_not_move_the_block():
     # two boxes, of the block and of its way, have the sum of their variances
     variance = (0.04**2 + 0.02**2) / 12 / shot.metres_per_pixel**2
     assert (places - mean) ** 2 @ light / light.sum() == pytest.approx(variance, rel=0.02)
+
+
+# --- the picture by which somebody sees it --------------------------------------------------------
+
+
+def pixels_of(picture, colour):
+    """Rows and columns of all pixels drawn in a colour (blue, green, red)."""
+    return np.argwhere((np.abs(picture.astype(int) - colour) < 3).all(axis=-1)).T
+
+
+@pytest.mark.parametrize("name", ["clean", pytest.param("mirrored", marks=pytest.mark.thorough)])
+def test_the_check_picture_frames_the_block_and_shows_zero_and_marks(tmp_path, name):
+    path = tmp_path / "film.mp4"
+    _, truth = film(chain_motion(), path, FILMS[name])
+    tracked = track(path)
+    check_picture.write(tracked.survey, tmp_path / "check.png")
+    picture = cv2.imread(str(tmp_path / "check.png"))
+    enlarged = picture.shape[1] // tracked.survey.frame.shape[1]
+    seen = picture[: enlarged * tracked.survey.frame.shape[0]]
+    rows, columns = pixels_of(seen, check_picture._BLOCK)
+    light = cv2.cvtColor(seen, cv2.COLOR_BGR2GRAY).astype(float)
+    (top, bottom), (left, right) = ((np.min(v), np.max(v)) for v in (rows, columns))
+    inside = light[top + 3 : bottom - 2, left + 3 : right - 2]
+    beside = light[top:bottom, right + 6 : right + 12]
+    assert inside.mean() > beside.mean() + 60 and np.median(inside) > 150
+    scale = tracked.metres_per_pixel / enlarged
+    assert (right - left) * scale == pytest.approx(0.04, abs=0.003)
+    assert (bottom - top) * scale == pytest.approx(0.08, abs=0.004)
+    zero = np.median(pixels_of(seen, check_picture._ZERO)[1])
+    away = abs((left + right) / 2 - zero) * scale
+    assert np.abs(truth - away).min() < 0.004  # where the block is in one of the frames
+    marks = np.unique(pixels_of(seen, check_picture._MARK)[1])
+    assert len(marks) > 0.9 * len(tracked.survey.measure.places)
