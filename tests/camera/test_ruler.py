@@ -68,3 +68,18 @@ def test_no_mark_is_longer():
     turned[20:] = 200.0
     places = spacing * (numbers + 1)
     assert tape._long_marks(turned, slice(0, 20), places, numbers, spacing) is None
+
+
+@pytest.mark.parametrize("miscounted", [-3, 0, 4])
+@pytest.mark.parametrize("gaps", [((20, 32), (50, 52)), ((9, 11), (60, 71))])
+def test_the_count_beyond_a_wide_gap_is_the_one_that_fits(miscounted, gaps):
+    numbers = np.array([n for n in range(100) if not any(a <= n < b for a, b in gaps)])
+    shift = 0.12 / 50  # of the map c, what a tilt makes: far marks are closer together
+    places = 12.0 * (numbers - 50) / (1 + shift * (numbers - 50))
+    places += 0.02 * np.sin(7.0 * numbers)
+    begin, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+    counted = numbers + np.where(numbers >= end, miscounted, 0)
+    seen = tape.Tape(0.0, slice(0, 20), 10.0, places, counted, 12.0, 9.0, True, None)
+    ruler = Ruler.of(seen, 1400, 0.01, 0.1)
+    np.testing.assert_allclose(ruler.metres(places), 0.1 + 0.01 * numbers, atol=2e-4)
+    assert ruler.misfit < 0.02 and end - begin > tape.WIDE_GAP

@@ -5,11 +5,14 @@ import importlib
 import numpy as np
 import pytest
 
+import figure_data as made
+import fingerprint
 from alternating import posterior_table, studies
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
+from beltrepro.replication.studies.chaos import words as chaos
 from beltrepro.replication.studies.friction_ratio import runs
 from beltrepro.replication.studies.friction_ratio.measure import friction_falls, scaled_falls
 from beltrepro.replication.studies.transition import measure
@@ -36,6 +39,30 @@ def test_every_table_is_a_module_with_a_function():
         assert (entry.uses, entry.on_top) == (made_from.uses, made_from.on_top)
         assert callable(getattr(module, name))
         assert entry.file(name) == (name if name == "agreement" else f"tables/{name}")
+
+
+# made from data of other tests: of films, series and pairs; laws of lifetimes take long
+ELSEWHERE = {"recordings", "audit", "agreement", "families", "lifetime_laws"}
+
+
+@pytest.mark.parametrize("name", sorted(set(TABLES) - ELSEWHERE))
+def test_a_table_of_made_up_data_is_what_it_was(name):
+    table = made.table(name, made.every(TABLES[name].uses))
+    assert len(table) > 2
+    fingerprint.see(table, within=1e-6)
+
+
+def test_what_the_page_says_on_chaos_is_in_the_tables():
+    tables = {name: made.table(name, made.every(TABLES[name].uses)) for name in chaos.TOLD_BY}
+    said = chaos.describe(tables, {})
+    motions, lifetimes, noisy = tables.values()
+    for size in said["sizes"]:
+        rows = motions[motions["n_blocks"] == size["n_blocks"]]
+        assert size["runs"] == rows["runs"].sum() and size["chaotic"] == rows["chaotic"].sum()
+        assert size["top"]["exponent"] == rows["exponent"].max()
+    assert set(said["noise"]) == set(noisy["belt_velocity"])
+    assert sum(part["runs"] for part in said["others"].values()) <= lifetimes["runs"].sum()
+    fingerprint.see(said)
 
 
 def test_falls_are_found_for_each_friction_ratio():

@@ -429,6 +429,11 @@ def table(name, data):
     return getattr(module, name)(data)
 
 
+def every(names):
+    """The datasets and tables of these names."""
+    return {name: dataset(name) for name in names}
+
+
 @functools.cache
 def recordings():
     return recorded.recordings(seconds=300, calm=(90, 210))
@@ -453,6 +458,9 @@ def dataset(name):
         "lifetimes": lifetimes,
         "lifetimes_wide": lifetimes,
         "motion_map": lambda: irregular.motion(n_blocks=[5, *SIZES], belt_velocity=ENDS, runs=3),
+        "noisy_motion": lambda: irregular.motion(
+            n_blocks=[5], belt_velocity=[7.0, 16.0], noise=[0.25, 1.0, 2.2, 5.0, 10.0], runs=3
+        ),
         "growth": growth,
         "critical_velocities": critical_velocities,
         "friction_ratio": friction_ratio,
