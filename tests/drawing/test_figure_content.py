@@ -20,6 +20,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M
 from beltrepro.replication.camera import recording
 from beltrepro.replication.drawing import motion_panels, style
+from beltrepro.replication.studies.laws import fig07
 from beltrepro.stats import intermittency, spectra
 from figure_data import SCANS, SCATTER, U, dataset
 
@@ -117,6 +118,14 @@ def test_fig07_takes_another_block_where_the_last_does_not_slip():
     assert "block 4 of 5" in shown("fig07", friction_event=changed(data, events=events))[0].title
     panels = shown("fig07", friction_event=changed(data, events=events[:0]))
     assert all("no complete" in " ".join(panel.texts) for panel in panels)
+
+
+@pytest.mark.parametrize(("samples", "enough"), [(8, False), (10, True), (12, True)])
+@pytest.mark.parametrize("first", [0, 30])
+def test_fig07_takes_a_stretch_with_ten_samples(samples, enough, first):
+    time = 0.5 * np.arange(60)
+    end = time[first] + 0.5 * samples
+    assert fig07._sampled(time, time[first], end) == enough
 
 
 # --- series ---------------------------------------------------------------------------------------
@@ -567,6 +576,8 @@ def test_fig02_is_the_first_frame_with_a_line_to_each_part():
     places = [ends[words] for words in ("block 1", "2", "3", "4", "5, white")]
     beneath = [int(image.values[round(y) + 8, round(x)]) for x, y in places]
     assert beneath[-1] > 150 > 25 > max(beneath[:-1])
+    x, y = ends["fixed point"]  # at the side of the support, which is grey, at the wall
+    assert 40 < image.values[round(y), round(x) - 6] < 100 and places[0][0] - x > 50
     metres = data["belt_028"].arrays["positions"][0] * LENGTH_M
     gaps = np.diff([x for x, _ in places]) * recorded.PIXEL
     assert gaps == pytest.approx(np.diff(metres), abs=0.002)

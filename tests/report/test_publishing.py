@@ -222,8 +222,13 @@ def test_the_command_writes_the_block(finished, tmp_path, monkeypatch):
     assert "OLD" not in text and publishing.block() in text
 
 
-def test_a_page_without_marks_is_refused(tmp_path):
-    (tmp_path / "README.md").write_text("nothing")
+@pytest.mark.parametrize(
+    "text",
+    ["nothing", f"a {publishing.BEGIN} b", f"a {publishing.END} b",
+     f"{publishing.END} a {publishing.BEGIN}"],
+)  # fmt: skip
+def test_a_page_without_both_marks_in_order_is_refused(tmp_path, text):
+    (tmp_path / "README.md").write_text(text)
     with pytest.raises(InputError, match="lacks"):
         publishing.write_block(tmp_path / "README.md", tmp_path)
-    assert (tmp_path / "README.md").read_text() == "nothing"
+    assert (tmp_path / "README.md").read_text() == text

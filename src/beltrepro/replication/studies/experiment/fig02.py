@@ -39,7 +39,7 @@ def _name_parts(axes, picture, blocks_m):
         words = {1: "block 1", len(blocks_m): f"{number}, white"}.get(number, f"{number}")
         _point(axes, words, picture.place(place, -half), -35)
     tape = half + scene.tape_gap + scene.tape_width / 2
-    _point(axes, "fixed point", picture.place(0.0, tape), 35, align="left")
+    _point(axes, "fixed point", picture.place(0.0, half / 2), 35, align="left")
     _point(axes, "tape measure", picture.place(0.45, tape), 35)
     middle = (blocks_m[-2] + blocks_m[-1]) / 2
     _point(axes, "spring", picture.place(middle, scene.spring_width / 2), 35)
