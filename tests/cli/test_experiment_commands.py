@@ -33,7 +33,6 @@ def run(capsys, *words, status=0):
     return err if status else out
 
 
-@pytest.mark.thorough
 def test_a_chain_is_filmed_tracked_and_analysed(tmp_path, capsys):
     movie, table, picture = (tmp_path / name for name in ("a.mp4", "a.csv", "a.png"))
     chain = ("--n-blocks=2", "--belt-velocity=15", "--duration=160", "--transient=60")
@@ -41,7 +40,12 @@ def test_a_chain_is_filmed_tracked_and_analysed(tmp_path, capsys):
     assert filmed["seconds"] == pytest.approx(100 * 0.0765, abs=0.1)
     tracked = json.loads(run(capsys, "track", movie, "--output", table, "--json"))
     assert (tracked["frames"], tracked["lost_s"]) == (filmed["frames"], [])
-    assert len(Track.load(table).time_s) == tracked["frames"]
+    track = Track.load(table)
+    assert len(track.time_s) == tracked["frames"]
+    assert tracked["seconds"] == pytest.approx(np.ptp(track.time_s))
+    assert tracked["error_m"] == pytest.approx(np.sqrt(np.mean(track.error_m**2)))
+    assert tracked["metres_per_pixel"] == pytest.approx(track.metres_per_pixel)
+    assert abs(tracked["tilt"]) < 0.5 and 0 < tracked["misfit_of_marks_m"] < 5e-4
     printed = json.loads(run(capsys, "analyse", table, "--output", picture, "--json"))
     assert printed["disorder_parameter"] == pytest.approx(filmed["disorder_parameter"], rel=0.01)
     assert printed["mean_length_model"] == pytest.approx(printed["mean_length"] / 1.4e-3)
