@@ -20,7 +20,7 @@ from alternating import posterior_table, studies
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import files, registry
-from beltrepro.replication.report import conduct, judged, trust
+from beltrepro.replication.report import conduct, judged, page, trust
 from beltrepro.replication.report.claim_results import count, read_tables
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY
 from beltrepro.replication.report.findings import findings_of
@@ -565,3 +565,22 @@ def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
     errors = ["0.030", "0.130", "0.230", "0.330", f"{MINUS}6e{MINUS}05", f"1e{MINUS}03"]
     assert stages["tracker alone"] == errors
     assert stages["and the codec"][0] == "0.020"  # the film of the stages' run comes last
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("lower_first", "Where r falls", "where r falls"),
+        ("lower_first", "", ""),
+        ("slug", "in part", "in-part"),
+        ("number", 0.123456, "0.123"),
+        ("number", np.nan, ""),
+        ("time", 59.94, "59.9 s"),
+        ("time", 60.0, "1 min 00 s"),
+        ("time", 245.4, "4 min 05 s"),
+        ("time", 3599.6, "1 h 00 min"),
+        ("time", 7380.0, "2 h 03 min"),
+    ],
+)
+def test_templates_write_values_as_words(name, value, words):
+    assert page._environment().filters[name](value) == words
