@@ -48,7 +48,7 @@ def dates(results: Results) -> str:
     return (
         f"Of the criteria of {seen.total()} statements that can be tested, {numbers[3]} were "
         f"written or changed after the published run had been seen, {numbers[2]} after long runs, "
-        f"{numbers[1]} after short ones and {numbers[0]} before any."
+        f"{numbers[1]} after short ones and {numbers[0]} before any. So they are no predictions."
     )
 
 
