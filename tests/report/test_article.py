@@ -59,7 +59,7 @@ def test_numbers_and_facts_in_the_prose_are_those_of_the_run(words):
     verdicts = count(results).verdicts
     for text in (
         f"Of {count(results).testable} statements that a simulation can test, "
-        f"{verdicts['robust']['yes']} stand in exact motion; by the authors' protocol "
+        f"{verdicts['robust']['yes']} stand in exact motion; by the authors’ protocol "
         f"{verdicts['replicated']['yes']} are replicated",
         f"falls at u = {number_at('u-critical: critical', results).words}",
         "rest on 11 runs at each point, of length 123,000",
