@@ -147,7 +147,11 @@ def add_numerics(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("--duration", type=float, required=True, help="time simulated, transient included")
     option("--transient", type=float, default=0.0, help="time left out of what is measured (0)")
-    option("--method", default="event", help="event (exact) or verlet (the scheme of the paper); default: event")
+    option(
+        "--method",
+        default="event",
+        help="event (exact) or verlet (the scheme of the paper); default: event",
+    )
     option("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
     words = "truncation allowed in a step of event (its own: 1e-10, more with noise)"
     option("--tolerance", type=float, help=words)
