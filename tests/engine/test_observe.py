@@ -193,6 +193,28 @@ def test_a_block_that_reverses_does_not_count_as_stuck():
     assert stuck_blocks.most.tolist() == [1, 4, 0]
 
 
+def test_most_stuck_at_one_time_is_that_of_a_plain_loop():
+    events, _ = random_events(2, count=200, reversals=0.6)
+    stuck_after = 3 + np.cumsum(np.where(events[:, 2] > 0, -1, 1))
+    differ = 0
+    for cut in range(1, 190):
+        if events[cut, 0] == events[cut - 1, 0]:
+            continue
+        part, now = events[cut : cut + 6], stuck_after[cut - 1]
+        most = highest = now
+        for row, (time, block, slips, *_) in enumerate(part):
+            now += -1 if slips else 1
+            highest = max(highest, now)
+            after = part[row + 1, :3].tolist() if row + 1 < len(part) else None
+            if not (slips == 0 and after == [time, block, 1.0]):  # half of a reversal
+                most = max(most, now)
+        observed = MostStuck(np.array([stuck_after[cut - 1]]))
+        observed.observe(SimpleNamespace(events=part[np.newaxis], event_count=[len(part)]))
+        assert observed.most.tolist() == [most]
+        differ += highest > most
+    assert differ > 5
+
+
 # --- any observer, however a run is cut -----------------------------------------------------------
 
 
