@@ -3,16 +3,19 @@
 import itertools
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
 from scipy import stats
 from test_figure_content import is_density, shown
 
 import drawn
 import figure_data as made
 from beltrepro.base.store import Dataset
-from beltrepro.replication.drawing import style
+from beltrepro.replication.drawing import replicate_panels, style
 from beltrepro.replication.studies.chaos import motion_map
+from beltrepro.replication.studies.chaos import words as chaos_words
 from beltrepro.stats import survival
 from figure_data import ENDS, dataset
 
@@ -382,3 +385,24 @@ def test_trajectories_of_two_integrators():
             points, expected = curve.points[:, :2], rows[["step", "error"]]  # both rise
             np.testing.assert_allclose(np.sort(points, axis=0), np.sort(expected, axis=0))
             assert f"${rows['order'].iloc[0]:.2f} \\pm" in curve.label
+
+
+# --- what is drawn of replicates, and said of numbers ---------------------------------------------
+
+
+def test_means_are_joined_where_runs_lie_within_half_of_each_other():
+    axes = Figure().subplots()
+    places, values = [1.0, 1.0, 2.0, 2.0, 3.0, 3.0], [1.0, 1.4, 1.0, 1.6, 2.0, 2.0]
+    replicate_panels.draw_runs(axes, np.array(places), np.array(values), 0)
+    runs, means = axes.lines
+    assert (list(runs.get_xdata()), list(runs.get_ydata())) == (places, values)
+    np.testing.assert_allclose(means.get_ydata(), [1.2, np.nan, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [([], ""), ([7.0, 5.0, 7.0], "5, 7"), ([1.0, 4.0, 2.0, 3.0, 4.0], "1, 2, 3, 4"),
+     ([5.0, 1.0, 2.0, 3.0, 4.0], "1 to 5")],
+)  # fmt: skip
+def test_a_few_numbers_or_the_ends_of_a_range(values, words):
+    assert chaos_words._span(pd.Series(values, dtype=float)) == words
