@@ -101,20 +101,6 @@ def mean(samples: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(centre, centre - reach, centre + reach, samples.size)
 
 
-def smallest(samples: Sequence[float] | np.ndarray) -> Estimate:
-    """Smallest value that there is, from the smallest of independent runs.
-
-    It lies at or below the smallest sample, and above it less so many times the distance of the
-    next one that this fails in 5 % of all cases (D. S. Robson and J. H. Whitlock, Biometrika 51,
-    33, 1964).
-    """
-    samples = np.sort(np.asarray(samples, dtype=float))
-    require(samples.size >= 2, f"{samples.size} runs, 2 are needed for an interval")
-    reach = (samples[1] - samples[0]) * CONFIDENCE / (1 - CONFIDENCE)
-    value = float(samples[0])
-    return Estimate(value, value - float(reach), value, samples.size)
-
-
 def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     """Share of independent runs, with the exact interval.
 

@@ -13,7 +13,7 @@ from beltrepro.replication.plan import files
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.integrators import divergence
 from beltrepro.simulation.audit import audit as audit_run
-from beltrepro.stats.estimates import Estimate, bootstrap, mean, ratio, smallest
+from beltrepro.stats.estimates import Estimate, bootstrap, mean, ratio
 
 TABLES = {
     "audit": Table(uses=("u20", "u17", "friction_event", "n10_u28")),
@@ -78,11 +78,6 @@ def over_stretches(statistic, *samples: np.ndarray) -> Estimate:
 
 def _correlation(one, other):
     return np.corrcoef(one, other)[0, 1] if one.std() > 0 else 1.0
-
-
-def smallest_gap(gap: np.ndarray) -> Estimate:
-    """Of a run; its interval from stretches of that run."""
-    return smallest([part.min() for part in np.array_split(gap, STRETCHES)])
 
 
 # --- order of the scheme --------------------------------------------------------------------------
