@@ -1,6 +1,7 @@
 """Approximate Bayesian computation on a grid: known posteriors, coverage, pairs of recordings."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -92,6 +93,25 @@ def test_shares_are_averaged_over_neighbouring_levels():
     np.testing.assert_allclose(smooth.probability, expected / expected.sum(), atol=2e-4)
 
 
+def test_what_is_probable_before_multiplies_what_the_trials_say():
+    """A normal mean under a normal prior: closed form, whatever the scale of the weights."""
+    weight = 7 * np.exp(-((LEVELS - 0.5) ** 2))
+    simulated = replace(gaussian(), weights={"mean": weight})
+    assert simulated.prior.shape == (9, 3) and simulated.prior.sum() == pytest.approx(1)
+    np.testing.assert_allclose(simulated.prior[:, 1], weight / weight.sum() / 3)
+    alike, answer = (posterior(trials, [0.6, -1.2], 0.2) for trials in (gaussian(), simulated))
+    expected = alike.probability * simulated.prior
+    np.testing.assert_allclose(answer.probability, expected / expected.sum())
+    assert answer.agreed == alike.agreed
+    # of 27 equally probable combinations before, the mean likelihood; now the weighted one
+    assert answer.evidence == pytest.approx(27 * alike.evidence * expected.sum())
+    one = simulated.fixed("mean", 1.0)
+    assert one.prior.shape == (1, 3) and not one.weights
+    sharp = replace(gaussian(runs=150), weights={"mean": np.exp(-8 * (LEVELS - 0.5) ** 2)})
+    coverage = calibrate(sharp, 0.15, draws=600).coverage["mean"]
+    assert coverage.high > 0.9
+
+
 def test_credible_sets_hold_the_most_probable_levels():
     probability = np.array([0.05, 0.3, 0.5, 0.1, 0.05])
     for credibility, levels in ((0.5, [2]), (0.51, [1, 2]), (0.8, [1, 2]), (0.9, [1, 2, 3])):
@@ -145,6 +165,10 @@ def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
     expected = {"noise": 0.35 / steps["noise"], "speed_factor": 0.035 / steps["speed_factor"]}
     assert simulated.smoothing == pytest.approx(expected)
     np.testing.assert_allclose(simulated.levels["speed_factor"], [1, 14 / 11])
+    # the printed constants are the most probable ones before, by errors that we allow them
+    ratio, factor = np.exp(-2 / 9), np.exp(-((np.log(14 / 11) / 0.2) ** 2) / 2)
+    prior = simulated.prior / simulated.prior[0, 1, 0]
+    np.testing.assert_allclose(prior, np.tile(np.outer([ratio, 1, ratio], [1, factor]), (3, 1, 1)))
     assert simulated.summary.shape == (2, 3, 3, 2, 3) and simulated.runs == 3
     for recording, shift in ((0, 1.0), (1, 14 / 11)):
         u = first * shift * simulated.levels["speed_factor"]

@@ -185,7 +185,9 @@ def test_posteriors_of_what_is_free(monkeypatch):
     # 0, 8, 16 and 4 of 16 trials agree with each recording at the four noises
     likelihood = np.array([0, 2, 4, 1]) ** 2 / 16
     row = by_free.loc["noise, friction_ratio"]
-    assert row["evidence"] == pytest.approx(likelihood.sum() / 8)
+    # 0.6 is two standard deviations from the printed friction ratio, the other level
+    before = np.exp(-2) / (1 + np.exp(-2))
+    assert row["evidence"] == pytest.approx(before * likelihood.mean())
     # a level stands for the noises half way around it, in ratio
     assert row["sigma_1_to_2"] == pytest.approx(10 / 21)
     assert row["sigma_1_to_2_before"] == pytest.approx(0.25)

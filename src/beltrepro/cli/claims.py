@@ -33,7 +33,7 @@ def add(commands: Any) -> None:
     option("--preset", default="standard", metavar="NAME", help="run to read: results/NAME")
     option("--results", type=Path, metavar="FOLDER", help="another folder than results/NAME")
     for question in QUESTIONS:
-        text = f"only claims with this verdict as {question}: yes, in-part, no, open"
+        text = f"only claims with this verdict as {question}: yes, in-part, no, open, not-testable"
         option(f"--{question}", metavar="WORD", help=text)
     option("--json", action="store_true", help="print everything as JSON")
 

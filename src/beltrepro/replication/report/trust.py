@@ -24,7 +24,8 @@ def trust(
         if duration >= PAPER_DURATION:
             compared = "as long as those of the paper"
         yield f"The runs that most verdicts rest on last t = {length(duration)}, {compared}."
-    answers = [answer for result in results.values() for answer in result.answers.values()]
+    findings = [result for result in results.values() if result.claim.finding]
+    answers = [answer for result in findings for answer in result.answers.values()]
     numbers = [number.estimate.runs for answer in answers for number in answer.judged]
     runs = [count for count in numbers if count is not None]
     if runs:

@@ -1,10 +1,10 @@
 """Which values of parameters agree with recordings: approximate Bayesian computation on a grid.
 
-All combinations of levels have equally many trials and are equally probable before. A trial agrees
-with a recording if a number lies within a tolerance of the recorded one and it shows the feature
-of the recording. Recordings are independent, so shares of trials that agree multiply. They are
-averaged over neighbouring levels, or the most probable levels would be those of a lucky share of
-few trials.
+All combinations of levels have equally many trials; how probable they are before is given. A trial
+agrees with a recording if a number lies within a tolerance of the recorded one and it shows the
+feature of the recording. Recordings are independent, so shares of trials that agree multiply. They
+are averaged over neighbouring levels, or the most probable levels would be those of a lucky share
+of few trials.
 """
 
 from __future__ import annotations
@@ -31,6 +31,17 @@ class Simulated:
     # by parameter, over how many levels shares are averaged: standard deviation of Gaussian
     # weights. A parameter that is not named is not averaged over
     smoothing: Mapping[str, float] = field(default_factory=dict)
+    # by parameter, how probable its levels are before, relative to each other. Those of a parameter
+    # that is not named are equally probable
+    weights: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def prior(self) -> np.ndarray:
+        """How probable each combination of levels is before; adds up to 1."""
+        prior = np.ones(())
+        for name, levels in self.levels.items():
+            prior = np.multiply.outer(prior, self.weights.get(name, np.ones(levels.size)))
+        return prior / prior.sum()
 
     @property
     def runs(self) -> int:
@@ -43,7 +54,9 @@ class Simulated:
         require(chosen.any(), f"no trial with {name} = {value:g}")
         axis = 1 + list(self.levels).index(name)
         fixed = self.of(lambda trials: np.compress(chosen, trials, axis=axis))
-        return replace(fixed, levels=self.levels | {name: self.levels[name][chosen]})
+        weights = {other: weight for other, weight in self.weights.items() if other != name}
+        levels = self.levels | {name: self.levels[name][chosen]}
+        return replace(fixed, levels=levels, weights=weights)
 
     def of(self, chosen: Callable[[np.ndarray], np.ndarray]) -> Simulated:
         """Those of the trials that a function takes of an array (S, *C, R)."""
@@ -66,8 +79,7 @@ class Posterior:
 
     levels: dict[str, np.ndarray]  # levels of each parameter, with the shape C
     probability: np.ndarray  # adds up to 1
-    # probability, before, that trials agree with all recordings: mean over all combinations
-    evidence: float
+    evidence: float  # probability, before, that trials agree with all recordings
     agreed: tuple[int, ...]  # how many trials agree with each recording
 
     def marginal(self, *names: str) -> np.ndarray:
@@ -111,8 +123,8 @@ def posterior(
         f"{' and '.join(map(str, counts))} of {agreed[0].size} trials agree with the recordings, "
         "none with all at one combination of levels",
     )
-    evidence = float(likelihood.mean())
-    return Posterior(simulated.levels, likelihood / likelihood.sum(), evidence, counts)
+    both = simulated.prior * likelihood
+    return Posterior(simulated.levels, both / both.sum(), float(both.sum()), counts)
 
 
 # --- checks of it ---------------------------------------------------------------------------------
@@ -159,10 +171,10 @@ def calibrate(simulated: Simulated, tolerance: float, *, draws: int = 400) -> Ca
     """Treat trials as experiments whose parameters are known, and infer them from the other trials.
 
     The made-up experiments are drawn from all combinations of levels, as probable as before, out of
-    those that show the feature.
+    the trials that show the feature.
     """
     generator = np.random.default_rng(1)
-    weight = np.prod(simulated.shown.sum(axis=-1), axis=0)
+    weight = simulated.prior * np.prod(simulated.shown.mean(axis=-1), axis=0)
     require(weight.any(), "no trials show what the recordings show")
     cells = generator.choice(weight.size, size=draws, p=(weight / weight.sum()).ravel())
     ranks_of: dict[str, list[float]] = {name: [] for name in simulated.levels}

@@ -44,6 +44,13 @@ EXPERIMENT = (
 RECORDED = [math.log(row.disorder_parameter) for row in EXPERIMENT]
 """ln r of both recordings; both show their regimes."""
 
+ERRORS = {"friction_ratio": 0.075, "speed_factor": 0.2}
+"""How far the true friction ratio and the logarithm of the true speed may be from the printed ones.
+
+Standard deviations, for what is probable before the trials. The paper prints no errors: these are
+what we allow, a sixth of the ratio and a fifth of the speed.
+"""
+
 ASSIGNED = (1.0, 2.0)
 """Noise that the paper assigns to the experiment."""
 
@@ -103,7 +110,8 @@ def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
 
     Where the belt velocities stand in the ratio of the two speeds of the experiment, the trials at
     one serve as the first recording and those at the other as the second. Both speeds are then
-    multiplied by one factor.
+    multiplied by one factor. Before the trials all noises are equally probable, and friction ratios
+    and speeds the less the farther they are from the printed ones.
     """
     names = ("noise", "friction_ratio", "belt_velocity")
     points = np.array([arrays[name] for name in names])
@@ -132,4 +140,8 @@ def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
         for name, width in BANDWIDTH.items()
         if axes[name].size > 1
     }
-    return Simulated(axes, summary, shown, smoothing)
+    weights = {
+        "friction_ratio": np.exp(-(((ratio - FRICTION_RATIO) / ERRORS["friction_ratio"]) ** 2) / 2),
+        "speed_factor": np.exp(-((np.log(factor) / ERRORS["speed_factor"]) ** 2) / 2),
+    }
+    return Simulated(axes, summary, shown, smoothing, weights)
