@@ -268,9 +268,12 @@ def test_trust_says_how_long_the_runs_are_and_how_many(tmp_path, duration, words
     made = results(tmp_path)
     said = list(trust.trust(made, settings))
     assert words in said[0]
-    answers = [answer for result in made.values() for answer in result.answers.values()]
+    # frames of a film, of which a test of our camera counts thousands, are no runs
+    findings = [result for result in made.values() if result.claim.finding]
+    answers = [answer for result in findings for answer in result.answers.values()]
     numbers = [number.estimate.runs for answer in answers for number in answer.judged]
     runs = sorted(filter(None, numbers))
+    assert len(findings) < len(made)
     middle = runs[(len(runs) - 1) // 2]
     assert f"on {middle} independent runs (median; {runs[0]} to {runs[-1]})" in said[1]
 

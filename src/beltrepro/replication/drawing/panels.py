@@ -245,8 +245,8 @@ def finish_curves(axes, *, xlabel, ncols=4):
     legend_above(axes, ncols=ncols)
 
 
-def band_diagram(axes, row, *, colour=style.BLUE, size, label=""):
-    """v_N at the section against u, a dot for each crossing."""
+def band_diagram(axes, row, *, colour=style.BLUE, size, label="", aside=0.0):
+    """v_N at the section against u, which is moved `aside`: a dot for each crossing."""
     velocities = np.asarray(row["section_velocity"], dtype=float)
     crossed = np.isfinite(velocities)
     if not crossed.any():
@@ -255,7 +255,7 @@ def band_diagram(axes, row, *, colour=style.BLUE, size, label=""):
     # Few dots can afford to be large, many must let through what lies below.
     crowd = (abscissa.size / 10000) ** 0.3
     axes.plot(
-        abscissa,
+        abscissa + aside,
         velocities[crossed],
         linestyle="none",
         marker=".",

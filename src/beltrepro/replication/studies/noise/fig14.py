@@ -15,26 +15,29 @@ BELT_VELOCITY = 7.0
 
 @style.styled
 def draw(data):
-    """a: v_N at the section against u, a colour for each noise; b: r(sigma) at u = 7."""
+    """a: v_N at the section against u, a strip for each noise; b: r(sigma) at u = 7."""
     panels.require(data, FIGURE)
-    figure = style.page(4.2)
-    above, below = figure.subplots(2, 1, height_ratios=(1.5, 1))
-    panels.letter(above, "a")
+    figure = style.page(6.4)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(2.2, 1))
+    _strips(upper, data["n5_rows"])
+    below = lower.subplots()
     panels.letter(below, "b")
-    levels = panels.levels(data["n5_rows"], "noise")
-    # the weakest noise last: its few dots lie on the clouds of the others
-    for noise, colour in reversed(list(zip(levels, style.shades(levels.size), strict=True))):
-        row = sections.rows(data["n5_rows"], n_blocks=5, noise=noise)
-        panels.band_diagram(above, row, colour=colour, size=1.3, label=rf"$\sigma = {noise:g}$")
-    panels.finish_diagram(above)
-    panels.legend_above(above, ncols=max(levels.size, 1), markerscale=7)
-    if legend := above.get_legend():
-        for handle in legend.legend_handles:
-            handle.set_alpha(1)  # dots over each other in the panel are as dark
-    above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
-    above.set_xlim(left=0)
     _column(below, data["n5_u7"])
     return figure
+
+
+def _strips(figure, scan):
+    """Bifurcation diagrams below each other, the weakest noise at the top."""
+    levels = panels.levels(scan, "noise")
+    strips = figure.subplots(max(levels.size, 1), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    panels.letter(strips[0], "a")
+    for axes, noise in zip(strips, levels, strict=False):
+        row = sections.rows(scan, n_blocks=5, noise=noise)
+        panels.band_diagram(axes, row, size=1.3)
+        panels.finish_diagram(axes)
+        panels.remark(axes, rf"$\sigma = {noise:g}$")
+    strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
+    strips[strips.size // 2].set_ylabel(panels.VELOCITY)
 
 
 def _column(axes, scan):

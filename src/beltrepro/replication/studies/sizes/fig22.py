@@ -8,6 +8,7 @@ FIGURE = Figure(uses=("size_rows",), number="22")
 
 SIZES = (2, 3, 4, 6, 7, 10)
 MOST_NOISES = 3
+_ASIDE = 0.32  # of u, by which the columns of the noises lie beside each other
 
 
 @style.styled
@@ -20,11 +21,12 @@ def draw(data):
     grid = figure.subplots(3, 2, sharex=True, sharey=True)
     for axes, mark, n_blocks in zip(grid.flat, "abcdef", SIZES, strict=True):
         panels.letter(axes, mark)
-        # the weakest noise last: its few dots lie on the clouds of the others
-        for noise, colour in reversed(list(zip(noises, style.shades(noises.size), strict=True))):
+        for number, (noise, colour) in enumerate(
+            zip(noises, style.shades(noises.size), strict=True)
+        ):
             row = sections.rows(scan, n_blocks=n_blocks, noise=noise)
-            label = rf"$\sigma = {noise:g}$"
-            panels.band_diagram(axes, row, colour=colour, size=1.6, label=label)
+            look = {"colour": colour, "size": 1.6, "label": rf"$\sigma = {noise:g}$"}
+            panels.band_diagram(axes, row, aside=_ASIDE * (number - (noises.size - 1) / 2), **look)
         panels.finish_diagram(axes)
         place = panels.section_name(row).removeprefix("section ") if noises.size else ""
         axes.set_title(f"$N = {n_blocks}$, {place}", loc="right")
