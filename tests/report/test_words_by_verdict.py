@@ -75,6 +75,16 @@ def test_the_article_says_it(run):
     assert not re.search(NEVER, str([*row.values()][:-1]))
 
 
+def test_the_article_lists_the_criteria_changed_after_the_published_run(run):
+    listed = article.supplement(run[1].claims)["after"]
+    last = {
+        claim.id
+        for claim in load_ledger().values()
+        if claim.finding and claim.testable and claim.seen == "the published run"
+    }
+    assert len(listed) > 10 and set(listed) == last
+
+
 def test_readme_counts_it(run):
     asked, material = run
     text = publishing.block(material.file("claims").parent.parent)

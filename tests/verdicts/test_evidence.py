@@ -87,3 +87,8 @@ def test_periodic_attractors_beyond_the_fall_are_outliers():
     assert np.flatnonzero(pairs.outliers).tolist() == [14, 15, 16]
     single = Cut({name: values[::4] for name, values in points.items()}, 1e4, 3e4)
     assert not single.outliers.any()
+    # five of twelve runs that slip on at u = 3 are not most, so that the orbit at u = 4 counts
+    fewer = np.concatenate([np.arange(40), np.arange(8, 12), np.arange(8, 12)])
+    early = {name: values[fewer] for name, values in points.items()}
+    early["last_stick_time"][[8, 9, 40, 41, 44]] = 1e4  # five of twelve at u = 3
+    assert np.flatnonzero(Cut(early, 1e4, 3e4).outliers).tolist() == [28, 29, 30, 31, 32]
