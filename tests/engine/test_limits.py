@@ -56,7 +56,7 @@ def test_a_step_too_long_for_stiff_springs_is_told_as_such():
     chain = ChainParameters(5, 40.0, **stiff)
     message = failure(chain, duration=100, method="verlet")
     assert "the time step is too long" in message and "time_step = 0.001" in message
-    # one short spring is pressed together by motion itself: that blocks can meet is no fault of a step
+    # motion itself presses a short spring together: that its blocks meet is no fault of the step
     short = ChainParameters(5, 40.0, **stiff, rest_length=(50, 50, 50, 50, 0.01))
     assert "blocks pass through each other" in failure(short, duration=100, method="verlet")
 

@@ -7,11 +7,11 @@ from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import measure, observations
+from beltrepro.stats import estimates
 
 FIGURE = Figure(uses=("experiment_odds", "alternation", "trials_free"), category="Further studies")
 
-_LINES = 4  # most noises shown as lines
-_ASIDE = 0.25  # of u, by which the marks of one noise lie beside those of the next
+_LINES = 4  # most friction ratios shown as lines
 _SHADE = LinearSegmentedColormap.from_list("posterior", ["#ffffff", style.SKY, style.BLUE])
 _COLOURS = (style.BLUE, style.VERMILION)
 _FREE = {
@@ -26,14 +26,14 @@ def draw(data):
     """Top: r against noise, alternation against u; bottom: posteriors."""
     panels.require(data, FIGURE)
     figure = style.page(5.6)
-    (disorder, share), (plane, noise) = figure.subplots(2, 2)
+    (disorder, alternating), (plane, noise) = figure.subplots(2, 2)
     _draw_disorder(disorder, data["experiment_odds"])
-    _draw_alternation(share, data["alternation"])
+    _draw_alternation(alternating, data["alternation"])
     with panels.shortage_on(plane):
         _draw_plane(plane, observations.on_grid(data["trials_free"].arrays))
     with panels.shortage_on(noise):
         _draw_noise(noise, observations.on_grid(data["trials_free"].arrays))
-    for axes, name in zip((disorder, share, plane, noise), "abcd", strict=True):
+    for axes, name in zip((disorder, alternating, plane, noise), "abcd", strict=True):
         panels.letter(axes, name)
     return figure
 
@@ -62,23 +62,24 @@ def _draw_disorder(axes, odds):
 
 
 def _draw_alternation(axes, table):
-    """Share of alternating trials against u, a line for each of some noises."""
+    """Share of alternating trials of all noises against u, a line for each friction ratio."""
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
-    rows = table[np.isclose(table["friction_ratio"], observations.FRICTION_RATIO)]
-    if rows.empty:
-        panels.note(axes, "no trials with the printed friction ratio")
-        return
-    levels = np.unique(rows["noise"])
-    chosen = levels[np.unique(np.linspace(0, levels.size - 1, _LINES).round().astype(int))]
-    for number, (noise, colour) in enumerate(zip(chosen, style.shades(chosen.size), strict=True)):
-        at_noise = rows[rows["noise"] == noise]
-        place = at_noise["belt_velocity"] + _ASIDE * (number - (chosen.size - 1) / 2)
-        look = {"fmt": style.MARKERS[number] + "-", "label": rf"$\sigma = {noise:g}$"}
-        look |= {"color": colour, "markersize": 3, "linewidth": 0.9, "elinewidth": 0.7}
-        axes.errorbar(place, at_noise["share"], _reaches(at_noise, "share"), **look)
+    counts = table.groupby(["friction_ratio", "belt_velocity"])[["alternating", "runs"]].sum()
+    for index, ratio in enumerate(_shown(table["friction_ratio"].unique())):
+        velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
+        middle, low, high = np.transpose([estimates.share(*row).numbers for row in rows])
+        look = style.line_style(index) | {"label": f"$f_s = {ratio:g}$", "markersize": 3}
+        bars = np.abs([low - middle, high - middle])
+        axes.errorbar(velocity, middle, bars, linewidth=0.9, elinewidth=0.7, **look)
     for observation, colour in zip(observations.EXPERIMENT, _COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
-    panels.legend_above(axes, ncols=2, handlelength=1.2, columnspacing=0.8)
+    panels.legend_above(axes, ncols=2, handlelength=1.8, columnspacing=0.8)
+
+
+def _shown(ratios):
+    """The printed friction ratio and the larger ones, at most some, evenly spread."""
+    larger = np.sort(ratios[ratios > observations.FRICTION_RATIO - 1e-9])
+    return larger[np.unique(np.linspace(0, larger.size - 1, _LINES).round().astype(int))]
 
 
 def _reaches(rows, name):
