@@ -58,3 +58,16 @@ def test_points_need_runs_by_both():
     assert (
         measured("method-independence", **few).judged["points that differ, with noise"].runs == 30
     )
+
+
+def test_long_runs_at_the_edges_count_beside_the_short_ones_at_the_same_points():
+    short, long = pair(1.0), pair(1.0, differing=30, seed=2)
+    edge = dict(zip(("n5_edge", "n5_replicates"), long.values(), strict=True))
+    u7 = dict(zip(("n5_u7_check", "n5_u7"), pair(1.0, seed=3).values(), strict=True))
+    alone = measured("method-independence", **short).judged["points that differ, with noise"]
+    both_sets = measured("method-independence", **short, **edge, **u7)
+    every = both_sets.judged["points that differ, with noise"]
+    assert (alone.runs, alone.value) == (30, 0) and every.runs == 90
+    assert every.value == pytest.approx(1 / 3)  # not mixed with the short ones at the same u
+    shift = both_sets.also["mean shift, with noise"].value
+    assert shift == pytest.approx(np.log(1.3) / 3, abs=0.01)
