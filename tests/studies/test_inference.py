@@ -127,6 +127,19 @@ def test_credible_sets_cover_the_truth_as_often_as_they_say():
     assert done.experiments + done.unanswered == 600 and done.unanswered < 30
 
 
+def test_what_fits_is_the_median_level_with_the_range_of_95_percent():
+    probability = np.array([[0.01, 0.02], [0.3, 0.1], [0.2, 0.3], [0.05, 0.02]])
+    levels = {
+        "friction_ratio": np.array([0.4, 0.45, 0.5, 0.55]),
+        "speed_factor": np.array([1, 2.0]),
+    }
+    answer = inference.Posterior(levels, probability, 0.1, (7, 5))
+    fitted = measure.fitted(answer, "friction_ratio")  # 3, 40, 50 and 7 % at the levels
+    assert (fitted.value, fitted.low, fitted.high, fitted.runs) == (0.5, 0.4, 0.55, 5)
+    fitted = measure.fitted(answer, "speed_factor")  # 56 and 44 %
+    assert (fitted.value, fitted.low, fitted.high) == (1, 1, 2)
+
+
 def test_a_level_stands_for_the_noises_half_way_around_it_in_ratio():
     coarse = np.array([0.5, 1.0, 2.0, 4.0])
     for levels in (coarse, np.geomspace(0.5, 4, 13), coarse[1:3]):
@@ -160,10 +173,8 @@ def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
     first = observations.EXPERIMENT[0].belt_velocity
     velocities = first * np.array([1.0, 14 / 11, (14 / 11) ** 2, 1.1])
     simulated = observations.on_grid(grid(velocities, noises=(1.0, 2.0, 4.5)))
-    # shares are averaged over 0.35 and 0.035 of the logarithms, in steps of the grid
-    steps = {"noise": np.log(4.5) / 2, "speed_factor": np.log(14 / 11)}
-    expected = {"noise": 0.35 / steps["noise"], "speed_factor": 0.035 / steps["speed_factor"]}
-    assert simulated.smoothing == pytest.approx(expected)
+    # shares are averaged over 0.035 of the logarithm of the speed, in steps of the grid
+    assert simulated.smoothing == pytest.approx({"speed_factor": 0.035 / np.log(14 / 11)})
     np.testing.assert_allclose(simulated.levels["speed_factor"], [1, 14 / 11])
     # the printed constants are the most probable ones before, by errors that we allow them
     ratio, factor = np.exp(-2 / 9), np.exp(-((np.log(14 / 11) / 0.2) ** 2) / 2)

@@ -104,5 +104,7 @@ def _posterior(evidence):
         also={
             "posterior of 1 to 2": measure.posterior_of_assigned(simulated, answer),
             "before the trials": sure(measure.assigned_share(answer.levels["noise"])),
+            "friction ratio that fits": measure.fitted(answer, "friction_ratio"),
+            "belt speed that fits": measure.fitted(answer, "speed_factor"),
         }
     )

@@ -68,12 +68,12 @@ def _draw_alternation(axes, table):
     for index, ratio in enumerate(_shown(table["friction_ratio"].unique())):
         velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
         middle, low, high = np.transpose([estimates.share(*row).numbers for row in rows])
-        look = style.line_style(index) | {"label": f"$f_s = {ratio:g}$", "markersize": 3}
+        look = style.line_style(index) | {"label": f"{ratio:g}", "markersize": 3}
         bars = np.abs([low - middle, high - middle])
         axes.errorbar(velocity, middle, bars, linewidth=0.9, elinewidth=0.7, **look)
     for observation, colour in zip(observations.EXPERIMENT, _COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
-    panels.legend_above(axes, ncols=2, handlelength=1.8, columnspacing=0.8)
+    axes.legend(loc="lower right", title="$f_s$", handlelength=1.8)
 
 
 def _shown(ratios):
@@ -101,6 +101,20 @@ def _draw_plane(axes, simulated):
     ratio, factor = (answer.levels[name] for name in measure.PRINTED)
     probability = answer.marginal(*measure.PRINTED)
     axes.pcolormesh(_edges(ratio), _edges(factor), probability.T, cmap=_SHADE, vmin=0)
+    if min(ratio.size, factor.size) > 1:
+        _draw_before(axes, ratio, factor)
+
+
+def _draw_before(axes, ratio, factor):
+    """Contours that hold 68 and 95 % of what is probable before the trials."""
+    errors = observations.ERRORS
+    angle = np.linspace(0, 2 * np.pi, 200)
+    for held in (0.68, 0.95):
+        radius = np.sqrt(-2 * np.log(1 - held))
+        place = observations.FRICTION_RATIO + radius * errors["friction_ratio"] * np.cos(angle)
+        height = np.exp(radius * errors["speed_factor"] * np.sin(angle))
+        axes.plot(place, height, color="0.6", linewidth=0.8)
+    axes.set(xlim=_edges(ratio)[[0, -1]], ylim=_edges(factor)[[0, -1]])
 
 
 def _draw_noise(axes, simulated):
@@ -123,7 +137,7 @@ def _draw_noise(axes, simulated):
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="upper right")
     if missing:
-        panels.note(axes, f"too few trials agree: {', '.join(missing)}", place=(0.5, 0.12))
+        panels.remark(axes, f"too few agree: {', '.join(missing)}")
 
 
 def _edges(levels):

@@ -159,6 +159,14 @@ def posterior_of_assigned(simulated: inference.Simulated, answer: inference.Post
     return estimates.from_resamples(share_of_all, resampled, min(answer.agreed))
 
 
+def fitted(answer: inference.Posterior, name: str) -> Estimate:
+    """Median of a parameter under the posterior, and the range of 95 % of it."""
+    levels, weights = answer.levels[name], answer.marginal(name)
+    ends = (0.5, 0.025, 0.975)
+    value, low, high = np.quantile(levels, ends, weights=weights, method="inverted_cdf")
+    return Estimate(float(value), float(low), float(high), min(answer.agreed))
+
+
 def _posterior_row(simulated, free, tolerance) -> dict:
     agreed = simulated.agreeing(RECORDED, tolerance)
     row: dict[str, Any] = {
