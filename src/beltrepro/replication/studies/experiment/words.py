@@ -28,6 +28,7 @@ def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
         "rows": rows,
         "noises": _span(odds["noise"].dropna()),
         "tolerance": f"{observations.TOLERANCE:.0%}",
+        "errors": observations.ERRORS,
         "none_agree": bool((together["agrees"] == 0).all()),
         "all_slip": _all_slip(together, alternation),
         "alternating": _alternating(alternation),
