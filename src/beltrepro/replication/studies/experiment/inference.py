@@ -34,6 +34,8 @@ class Simulated:
     # by parameter, how probable its levels are before, relative to each other. Those of a parameter
     # that is not named are equally probable
     weights: Mapping[str, np.ndarray] = field(default_factory=dict)
+    # a further number of each trial, with the shape of `summary`, which the recordings do not tell
+    untold: np.ndarray | None = None
 
     @property
     def prior(self) -> np.ndarray:
@@ -60,7 +62,8 @@ class Simulated:
 
     def of(self, chosen: Callable[[np.ndarray], np.ndarray]) -> Simulated:
         """Those of the trials that a function takes of an array (S, *C, R)."""
-        return replace(self, summary=chosen(self.summary), shown=chosen(self.shown))
+        untold = None if self.untold is None else chosen(self.untold)
+        return replace(self, summary=chosen(self.summary), shown=chosen(self.shown), untold=untold)
 
     def drawn_anew(self, rng: np.random.Generator) -> Simulated:
         """As many trials of each cell, drawn from them with replacement."""
@@ -69,8 +72,15 @@ class Simulated:
 
     def agreeing(self, recorded: Sequence[float], tolerance: float) -> np.ndarray:
         """Which trials (S, *C, R) agree with these numbers of the S recordings."""
-        wanted = np.reshape(recorded, (-1, *[1] * (self.summary.ndim - 1)))
-        return (np.abs(self.summary - wanted) <= tolerance) & self.shown
+        return (self._distance(self.summary, recorded) <= tolerance) & self.shown
+
+    def near(self, untold: Sequence[float] | np.ndarray, within: float) -> np.ndarray:
+        """Which trials (S, *C, R) agree in what the recordings do not tell, if they told it."""
+        require(self.untold is not None, "the trials have no further number")
+        return self._distance(self.untold, untold) <= within
+
+    def _distance(self, numbers, recorded) -> np.ndarray:
+        return np.abs(numbers - np.reshape(recorded, (-1, *[1] * (self.summary.ndim - 1))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +113,14 @@ def posterior(
     tolerance: float,
     *,
     without: np.ndarray | None = None,
+    among: np.ndarray | bool = True,
 ) -> Posterior:
     """How probable each combination of levels is, given numbers of the recordings.
 
-    Shares of the trials that agree are averaged over neighbouring levels.
+    Shares of the trials that agree are averaged over neighbouring levels. without : trials that are
+    left out. among : those that agree in something else.
     """
-    agreed = simulated.agreeing(recorded, tolerance)
+    agreed = simulated.agreeing(recorded, tolerance) & among
     asked = np.ones_like(agreed) if without is None else ~without
     agreed &= asked
     width = (0.0, *(simulated.smoothing.get(name, 0.0) for name in simulated.levels))
@@ -163,15 +175,19 @@ class Calibration(NamedTuple):
     # by parameter, p of the test that the posterior probability below the true level is uniform
     # (Kolmogorov and Smirnov); ties are broken at random
     uniform_p: dict[str, float]
+    # by parameter, how many levels the credible set holds, on average
+    levels: dict[str, float]
     experiments: int  # made-up experiments
     unanswered: int  # further ones with which no trial agreed
 
 
-def calibrate(simulated: Simulated, tolerance: float, *, draws: int = 400) -> Calibration:
+def calibrate(
+    simulated: Simulated, tolerance: float, *, draws: int = 400, told_within: float | None = None
+) -> Calibration:
     """Treat trials as experiments whose parameters are known, and infer them from the other trials.
 
     The made-up experiments are drawn from all combinations of levels, as probable as before, out of
-    the trials that show the feature.
+    the trials that show the feature. told_within : they tell the further number too, to so much.
     """
     generator = np.random.default_rng(1)
     weight = simulated.prior * np.prod(simulated.shown.mean(axis=-1), axis=0)
@@ -179,25 +195,33 @@ def calibrate(simulated: Simulated, tolerance: float, *, draws: int = 400) -> Ca
     cells = generator.choice(weight.size, size=draws, p=(weight / weight.sum()).ravel())
     ranks_of: dict[str, list[float]] = {name: [] for name in simulated.levels}
     covered: dict[str, list[bool]] = {name: [] for name in simulated.levels}
+    sizes: dict[str, list[int]] = {name: [] for name in simulated.levels}
     for cell in cells:
         at = np.unravel_index(cell, weight.shape)
         without = np.zeros(simulated.shown.shape, dtype=bool)
         for number, shown in enumerate(simulated.shown):
             without[(number, *at, generator.choice(np.flatnonzero(shown[at])))] = True
+        among = (
+            True if told_within is None else simulated.near(simulated.untold[without], told_within)
+        )
+        recorded = simulated.summary[without]
         try:
-            answer = posterior(simulated, simulated.summary[without], tolerance, without=without)
+            answer = posterior(simulated, recorded, tolerance, without=without, among=among)
         except NotEnoughDataError:
             continue
         for name, level in zip(simulated.levels, at, strict=True):
             marginal = answer.marginal(name)
             below = marginal[:level].sum() + generator.random() * marginal[level]
             ranks_of[name].append(float(below))
-            covered[name].append(bool(credible_set(marginal)[level]))
+            chosen = credible_set(marginal)
+            covered[name].append(bool(chosen[level]))
+            sizes[name].append(int(chosen.sum()))
     answered = len(next(iter(ranks_of.values())))
     require(answered, "no made-up experiment has a posterior")
     return Calibration(
         {name: share(sum(inside), answered) for name, inside in covered.items()},
         {name: float(scipy.stats.kstest(x, "uniform").pvalue) for name, x in ranks_of.items()},
+        {name: float(np.mean(counts)) for name, counts in sizes.items()},
         answered,
         draws - answered,
     )

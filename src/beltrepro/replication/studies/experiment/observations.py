@@ -145,4 +145,5 @@ def on_grid(arrays: Mapping[str, np.ndarray]) -> Simulated:
         "friction_ratio": np.exp(-(((ratio - FRICTION_RATIO) / ERRORS["friction_ratio"]) ** 2) / 2),
         "speed_factor": np.exp(-((np.log(factor) / ERRORS["speed_factor"]) ** 2) / 2),
     }
-    return Simulated(axes, summary, shown, smoothing, weights)
+    untold = paired([arrays["lasting_share"]] * 2)
+    return Simulated(axes, summary, shown, smoothing, weights, untold)
