@@ -509,11 +509,24 @@ def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point_and_the_sha
     above.draws("$u$", r"$\sigma$", *dots)
     low, high = intermittency.LAMINAR_SHARE
     u = SCANS["n5_replicates"][1]
-    shares = [(u, made.laminar(u, s), rf"$\sigma = {s:g}$") for s in (1.0, 2.2, 5.0)]
-    shares += [(u, np.full(u.size, np.nan), r"$\sigma = 0$")]  # runs have one motion for good
+    shares = [(u, made.laminar(u, s), rf"$\sigma = {s:g}$") for s in (0.0, 1.0, 2.2, 5.0)]
     all_runs = [np.repeat((u, made.laminar(u, s)), 3, axis=1) for s in (0.0, 1.0, 2.2, 5.0)]
     below.draws("$u$", "laminar share", *shares, *all_runs)
     assert below.guides == [("y", low), ("y", high)]
+
+
+@pytest.mark.parametrize(("apart", "joined"), [(0.4, True), (0.6, False)])
+def test_fig18_joins_no_means_of_runs_that_keep_to_one_motion(apart, joined):
+    data = dataset("n5_replicates")
+    differing = (data.arrays["noise"] == 1) & (data.arrays["belt_velocity"] == 17)
+    share = data.arrays["laminar_fraction"].copy()
+    share[differing] = 0.3
+    share[np.flatnonzero(differing)[0]] += apart
+    changed = Dataset(data.arrays | {"laminar_fraction": share}, data.attributes)
+    _, below = shown("fig18", n5_replicates=changed)
+    line = below.curve(r"$\sigma = 1$").points[:, 1]
+    assert np.isfinite(line).all() == joined and np.isfinite(line).any() == joined
+    assert np.isfinite(below.curve(r"$\sigma = 2.2$").points).all()
 
 
 def test_fig18_leaves_holes_and_has_no_dot_where_nothing_is_intermittent():

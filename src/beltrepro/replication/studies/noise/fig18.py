@@ -6,11 +6,12 @@ from matplotlib.colors import BoundaryNorm
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import intermittency, sections
+from beltrepro.stats import intermittency, replicates, sections
 
 FIGURE = Figure(uses=("n5_map", "n5_replicates"), number="18")
 
 STEP = 0.02  # of r, from one colour to the next
+_ONE_MOTION = 0.5  # largest range of the laminar shares at one u, for a line to join their means
 LEFT_OUT = (0.5,)  # noise at which b shows what it shows at 0 and 1
 
 
@@ -72,8 +73,10 @@ def _shares(axes, scan):
         row = sections.rows(scan, n_blocks=5, noise=noise)
         share = row["belt_velocity"], row["laminar_fraction"]
         label = rf"$\sigma = {noise:g}$"
-        # without noise a run has one of both motions for good
-        look = {"apart": np.inf} if noise > 0 else {"apart": 0.0, "linestyle": "none"}
+        spread = replicates.spread(*share, share=1.0)
+        # runs that keep to one of both motions have a mean, but no motion has it
+        agree = np.all(spread.high - spread.low <= _ONE_MOTION)
+        look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
         replicate_panels.draw_runs(axes, *share, index, label=label, **look)
     for limit in intermittency.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
