@@ -137,7 +137,7 @@ def _half_ends(runs, size, spread):
 
 
 def _draw_by_velocity(axes, table, colours):
-    """A curve for each N, of the smallest initial spread, side by side; longer runs beside it."""
+    """A mark for each N, of the smallest initial spread, side by side; longer runs beside it."""
     measured = table[table["lifetime_lower"].notna()]
     usual = _of(measured, "survival")
     usual = usual[usual["initial_spread"] == usual["initial_spread"].min()]
@@ -149,8 +149,6 @@ def _draw_by_velocity(axes, table, colours):
         shift = step * (index - (len(colours) - 1) / 2)
         look = {"color": colour, "marker": style.MARKERS[index % len(style.MARKERS)]}
         rows = usual[usual["n_blocks"] == size]
-        joined = rows["lifetime"].where(np.isfinite(rows["lifetime"]))
-        axes.plot(rows["belt_velocity"] + shift, joined, color=colour, linewidth=0.6)
         _draw_means(axes, rows, shift, markersize=3.5, label=f"$N = {size}$", **look)
         longer = _of(measured, "survival_long")
         longer = longer[longer["n_blocks"] == size]

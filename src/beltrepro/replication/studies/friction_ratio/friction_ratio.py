@@ -33,4 +33,4 @@ def _draw_falls(axes, falls):
     look = {"fmt": "o", "color": style.BLUE, "markersize": 3, "elinewidth": 0.8}
     panels.intervals(axes, ratio, falls["critical"], falls["low"], falls["high"], **look)
     axes.axvline(0.45, color="0.7", linewidth=0.8, zorder=0)
-    axes.set_xlim(0, 1)
+    axes.set_xlim(0.25, 0.95)

@@ -52,6 +52,7 @@ def _last_sticks(axes, scan, laminar_time):
     )
     places = np.unique(velocity)
     share = [lasting[velocity == place].mean() for place in places]
-    axes.plot(places, share, color=style.VERMILION, label="share that sticks to the end")
+    look = {"color": style.VERMILION, "markerfacecolor": "none", "markersize": 5}
+    axes.plot(places, share, "o", **look, label="share that sticks to the end")
     axes.axhline(transient / duration, color="0.5", linewidth=0.8, linestyle=":")
     panels.legend_above(axes)
