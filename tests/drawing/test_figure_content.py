@@ -408,10 +408,13 @@ NOISES = (0.0, 1.0, 2.2, 5.0, 10.0)  # of Fig. 13
 
 def test_fig13_is_single_runs_and_independent_ones_for_each_noise():
     above, below = shown("fig13")
-    curves = [(*row("n5_rows", 5, s), rf"$\sigma = {s:g}$") for s in NOISES]
-    curves += [row("n5_rows_check", 5, s) for s in (0.0, 1.0)]
-    above.draws("$u$", "$r$", *curves)
-    assert "exact motion" in above.legend
+    # the scans by the scheme are crosses here, and those by exact motion have the noise's marks
+    curves = [row("n5_rows", 5, s) for s in NOISES]
+    exact = [(*row("n5_rows_check", 5, s), rf"$\sigma = {s:g}$") for s in (0.0, 1.0)]
+    above.draws("$u$", "$r$", *curves, *exact)
+    assert "paper's scheme" in above.legend
+    markers = {curve.marker for curve in above.curves if not curve.label}
+    assert markers == {"x"} and above.curve(r"$\sigma = 0$").marker != "x"
     assert above.guides == [("x", 16.5), ("x", 19)]  # critical velocities, Sec. IV
     rows = {s: row("n5_replicates", 5, s) for s in NOISES[:4]}
     curves = [(*mean(*points), rf"$\sigma = {s:g}$") for s, points in rows.items()]
@@ -419,7 +422,8 @@ def test_fig13_is_single_runs_and_independent_ones_for_each_noise():
     curves[0] = curves[0][0], np.full(curves[0][0].size, np.nan), curves[0][2]
     check = runs(*row("n5_replicates_check", 5, 0.0))
     dots = [runs(*points) for points in rows.values()]
-    below.draws("$u$", "$r$", *curves, *dots, (*check, "exact motion"))
+    below.draws("$u$", "$r$", *curves, *dots, (*check, "paper's scheme"))
+    assert below.curve("paper's scheme").marker == "x"
 
 
 def test_means_are_drawn_only_where_all_runs_lie_on_one_branch():
@@ -433,9 +437,11 @@ def test_means_are_drawn_only_where_all_runs_lie_on_one_branch():
 
 
 def test_fig14_is_a_diagram_of_all_noises_and_a_column():
-    above, below = shown("fig14")
-    diagrams = [(*crossings("n5_rows", 5, s), rf"$\sigma = {s:g}$") for s in made.LEVELS]
-    above.draws("$u$", "$v_N$", *diagrams)
+    *strips, below = shown("fig14")
+    for strip, noise in zip(strips, made.LEVELS, strict=True):
+        assert strip.title.endswith(rf"$\sigma = {noise:g}$")
+        xlabel = "$u$" if strip is strips[-1] else ""
+        strip.draws(xlabel, "$v_N$", crossings("n5_rows", 5, noise))
     points = column("n5_u7", 5, 7.0)
     below.draws(r"$\sigma$", "$r$", runs(*points), mean(*points))
     assert ("x", 0.75) in below.guides  # Sec. IV.B
@@ -564,7 +570,10 @@ def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():
     for panel, n in zip(shown("fig22"), made.SIZES, strict=True):
         assert f"$N = {n}$, $x_N = {111 * n}$" in panel.title
         noises = (0.0, 1.0, 5.0)
-        diagrams = [(*crossings("size_rows", n, s), rf"$\sigma = {s:g}$") for s in noises]
+        diagrams = []
+        for s, aside in zip(noises, (-0.32, 0, 0.32), strict=True):  # side by side in a column
+            u, velocity = crossings("size_rows", n, s)
+            diagrams.append((u + aside, velocity, rf"$\sigma = {s:g}$"))
         panel.draws("$u$" if n > 6 else "", "" if n in (3, 6, 10) else "$v_N$", *diagrams)
 
 

@@ -105,7 +105,10 @@ def scan(name):
         "laminar_count": np.where(laminar(u, s) == 0.5, 9, 1),
         "last_stick_time": np.where(ended, np.array([np.nan, 1760, 1840])[replicate], 1840.0),
     }
-    method = "event" if name.endswith("_check") else "verlet"
+    # replicates are exact, and their check is by the scheme; other scans are the other way round
+    exact = name.endswith("_check") != name.startswith("n5_replicates")
+    method = "event" if exact else "verlet"
+    arrays["method"] = np.full(s.size, method)
     return Dataset(arrays, HOW | {"kind": "scan", "method": method})
 
 

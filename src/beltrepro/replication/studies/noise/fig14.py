@@ -18,26 +18,27 @@ def draw(data):
     """a: v_N at the section against u, a strip for each noise; b: r(sigma) at u = 7."""
     panels.require(data, FIGURE)
     figure = style.page(6.4)
-    upper, lower = figure.subfigures(2, 1, height_ratios=(2.2, 1))
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=(2.2, 1))
     _strips(upper, data["n5_rows"])
-    below = lower.subplots()
+    below = figure.add_subplot(lower)
     panels.letter(below, "b")
     _column(below, data["n5_u7"])
     return figure
 
 
-def _strips(figure, scan):
+def _strips(place, scan):
     """Bifurcation diagrams below each other, the weakest noise at the top."""
     levels = panels.levels(scan, "noise")
-    strips = figure.subplots(max(levels.size, 1), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    rows = place.subgridspec(max(levels.size, 1), 1)
+    strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
     panels.letter(strips[0], "a")
     for axes, noise in zip(strips, levels, strict=False):
         row = sections.rows(scan, n_blocks=5, noise=noise)
         panels.band_diagram(axes, row, size=1.3)
         panels.finish_diagram(axes)
         panels.remark(axes, rf"$\sigma = {noise:g}$")
+        axes.set_ylabel(panels.VELOCITY)
     strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
-    strips[strips.size // 2].set_ylabel(panels.VELOCITY)
 
 
 def _column(axes, scan):
