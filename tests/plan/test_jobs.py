@@ -218,7 +218,8 @@ def test_command(timing, capsys, tmp_path):
     assert float(more[1]) > total / 3600
     variant.write_text(
         "presets: {smoke: {datasets: {n5_u7: {replicate: {count: 8}, more_runs: "
-        "{by: 8, up_to: 24, of: disorder_parameter, half_width: 0.1}}}}}\n"
+        "{by: 8, up_to: 24, of: disorder_parameter, half_width: 0.1}}, "
+        "n5_u7_check: {more_runs: null}}}}\n"
     )
     assert main([*words, str(variant), "--overhead", "0"]) == 0
     # 5 levels of noise, one of them 0, at u = 7: two jobs in each of two rounds

@@ -64,6 +64,9 @@ def _draw_disorder(axes, odds):
 def _draw_alternation(axes, table):
     """Share of alternating trials of all noises against u, a line for each friction ratio."""
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
+    if table.empty:
+        panels.note(axes, "no trials with free constants")
+        return
     counts = table.groupby(["friction_ratio", "belt_velocity"])[["alternating", "runs"]].sum()
     for index, ratio in enumerate(_shown(table["friction_ratio"].unique())):
         velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
