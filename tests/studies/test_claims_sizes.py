@@ -11,7 +11,7 @@ from beltrepro.replication.studies.sizes import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates
-from made_up import CLEAR, SHORT, both, grades, measured, motion_map, scan
+from made_up import CLEAR, SHORT, both, grades, joined, measured, motion_map, scan
 
 SIZES = (5, 6, 7, 10)
 PRINTED = {5: (15, 18), 6: (18, 24), 7: (23, 32), 10: (27, 40)}
@@ -202,6 +202,22 @@ def varied(*richest, returns=500):
 )
 def test_the_richest_dynamics(richest, verdict):
     assert both("complexity-at-n5", motion_map=varied(*richest))[0] == verdict
+
+
+def test_more_runs_of_one_number_of_blocks_make_its_dynamics_no_richer():
+    once = varied(4, 5, returns=np.arange(420))
+    more = motion_map({4: VARIED[::-1]}, u=np.linspace(1, 50, 60), returns=np.arange(1000, 1060))
+    more.arrays["replicate"] += 1
+    expected = measured("complexity-at-n5", motion_map=once).judged
+    for twice in (joined(once, more), joined(more, once)):
+        assert measured("complexity-at-n5", motion_map=twice).judged == expected
+
+
+def test_the_same_runs_twice_tell_no_more_of_how_far_r_falls():
+    u, disorder = U, np.where(U < 20.5, FLAT, FLAT / 2)
+    expected = measure.contrast(u, disorder)
+    assert expected.low < 2 < expected.high
+    assert measure.contrast(np.tile(u, 3), np.tile(disorder, 3)) == expected
 
 
 def test_richest_by_orbits_alone_is_in_part():

@@ -127,19 +127,19 @@ def test_credible_sets_cover_the_truth_as_often_as_they_say():
     assert done.experiments + done.unanswered == 600 and done.unanswered < 30
 
 
-def test_a_further_number_that_films_told_would_narrow_the_sets():
+def test_a_quiet_share_that_films_told_would_narrow_the_sets():
     """It is the mean itself with a small error, so the sets shrink to its level."""
     noise = 0.05 * np.random.default_rng(4).standard_normal((2, LEVELS.size, 3, 150))
-    trials = replace(gaussian(runs=150), untold=LEVELS[:, np.newaxis, np.newaxis] + noise)
-    near = trials.near([0.5, -1.0], 0.15)
+    trials = replace(gaussian(runs=150), quiet_share=LEVELS[:, np.newaxis, np.newaxis] + noise)
+    near = trials.as_quiet([0.5, -1.0], 0.15)
     assert near[0, LEVELS == 0.5].mean() > 0.99 and near[1, LEVELS == -1.0].mean() > 0.99
     assert near.mean() < 1.01 / LEVELS.size
-    untold, told = (calibrate(trials, 0.3, draws=100, told_within=x) for x in (None, 0.15))
-    assert untold.levels["mean"] > 3 > 1.1 > told.levels["mean"] >= 1
-    assert told.levels["idle"] == pytest.approx(3, abs=0.2)
-    assert told.coverage["mean"].value == 1
-    with pytest.raises(NotEnoughDataError, match="no further number"):
-        gaussian(runs=3).near([0.5, -1.0], 0.15)
+    without, with_share = (calibrate(trials, 0.3, draws=100, quiet_within=x) for x in (None, 0.15))
+    assert without.levels["mean"] > 3 > 1.1 > with_share.levels["mean"] >= 1
+    assert with_share.levels["idle"] == pytest.approx(3, abs=0.2)
+    assert with_share.coverage["mean"].value == 1
+    with pytest.raises(NotEnoughDataError, match="no quiet share"):
+        gaussian(runs=3).as_quiet([0.5, -1.0], 0.15)
 
 
 def test_what_fits_is_the_median_level_with_the_range_of_95_percent():
@@ -201,7 +201,7 @@ def test_trials_at_speeds_in_the_ratio_of_the_recordings_are_pairs():
         u = first * shift * simulated.levels["speed_factor"]
         expected = 2.0 + 10 * 0.5 + 0.01 * u
         np.testing.assert_allclose(simulated.summary[recording, 1, 2].min(axis=-1), expected)
-        np.testing.assert_allclose(simulated.untold[recording, 1, 2, :, 0], 2.0 + 0.01 * u)
+        np.testing.assert_allclose(simulated.quiet_share[recording, 1, 2, :, 0], 2.0 + 0.01 * u)
     # 60 s are 784.6 model units at the first speed, 200 at the second
     assert (
         simulated.shown[0, 0, 0].all(axis=-1).tolist() == [True, True] and simulated.shown[1].all()

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import fingerprint
@@ -265,6 +266,8 @@ def motion_map(letters, *, u=None, duration=CLEAR, returns=500, disorder=0.1):
         "period_returns": np.resize(returns, size),
         "disorder_parameter": np.resize(disorder, size).astype(float),
     }
+    at_each = pd.DataFrame(arrays).groupby(["n_blocks", "belt_velocity"])
+    arrays["replicate"] = at_each.cumcount().to_numpy() + 1
     return Dataset(arrays, {"duration": duration, "transient": duration / 2})
 
 

@@ -27,12 +27,8 @@ def add(commands: Any) -> None:
     shared.add_output(parser, "draw it like Figs. 4 and 5 of the paper: .png, .pdf or .svg")
     option("--transient", type=float, default=0.0, help="seconds left out first (paper: 200)")
     option("--window", type=float, default=5.0, help="seconds over which an amplitude is taken (5)")
-    option(
-        "--quiet",
-        type=float,
-        default=0.05,
-        help="amplitude, as a share of the length, below which it is small (0.05)",
-    )
+    words = "share of the length below which an amplitude is small (0.05)"
+    option("--quiet", type=float, default=0.05, help=words)
     words = "length of a block in metres: N - 1/2 of them are taken off, as in the model (0)"
     option("--block-length", type=float, default=0.0, help=words)
     option("--n-blocks", type=int, default=5, help="blocks of the chain, N (5)")

@@ -34,8 +34,8 @@ class Simulated:
     # by parameter, how probable its levels are before, relative to each other. Those of a parameter
     # that is not named are equally probable
     weights: Mapping[str, np.ndarray] = field(default_factory=dict)
-    # a further number of each trial, with the shape of `summary`, which the recordings do not tell
-    untold: np.ndarray | None = None
+    # share of the time that each trial is quiet, as `summary`; what is told of recordings lacks it
+    quiet_share: np.ndarray | None = None
 
     @property
     def prior(self) -> np.ndarray:
@@ -62,8 +62,10 @@ class Simulated:
 
     def of(self, chosen: Callable[[np.ndarray], np.ndarray]) -> Simulated:
         """Those of the trials that a function takes of an array (S, *C, R)."""
-        untold = None if self.untold is None else chosen(self.untold)
-        return replace(self, summary=chosen(self.summary), shown=chosen(self.shown), untold=untold)
+        quiet = None if self.quiet_share is None else chosen(self.quiet_share)
+        return replace(
+            self, summary=chosen(self.summary), shown=chosen(self.shown), quiet_share=quiet
+        )
 
     def drawn_anew(self, rng: np.random.Generator) -> Simulated:
         """As many trials of each cell, drawn from them with replacement."""
@@ -74,10 +76,10 @@ class Simulated:
         """Which trials (S, *C, R) agree with these numbers of the S recordings."""
         return (self._distance(self.summary, recorded) <= tolerance) & self.shown
 
-    def near(self, untold: Sequence[float] | np.ndarray, within: float) -> np.ndarray:
-        """Which trials (S, *C, R) agree in what the recordings do not tell, if they told it."""
-        require(self.untold is not None, "the trials have no further number")
-        return self._distance(self.untold, untold) <= within
+    def as_quiet(self, quiet_share: Sequence[float] | np.ndarray, within: float) -> np.ndarray:
+        """Which trials (S, *C, R) are quiet for these shares of the time."""
+        require(self.quiet_share is not None, "of the trials no quiet share is known")
+        return self._distance(self.quiet_share, quiet_share) <= within
 
     def _distance(self, numbers, recorded) -> np.ndarray:
         return np.abs(numbers - np.reshape(recorded, (-1, *[1] * (self.summary.ndim - 1))))
@@ -182,12 +184,12 @@ class Calibration(NamedTuple):
 
 
 def calibrate(
-    simulated: Simulated, tolerance: float, *, draws: int = 400, told_within: float | None = None
+    simulated: Simulated, tolerance: float, *, draws: int = 400, quiet_within: float | None = None
 ) -> Calibration:
     """Treat trials as experiments whose parameters are known, and infer them from the other trials.
 
     The made-up experiments are drawn from all combinations of levels, as probable as before, out of
-    the trials that show the feature. told_within : they tell the further number too, to so much.
+    the trials that show the feature. quiet_within : they tell their quiet share too, to so much.
     """
     generator = np.random.default_rng(1)
     weight = simulated.prior * np.prod(simulated.shown.mean(axis=-1), axis=0)
@@ -201,9 +203,9 @@ def calibrate(
         without = np.zeros(simulated.shown.shape, dtype=bool)
         for number, shown in enumerate(simulated.shown):
             without[(number, *at, generator.choice(np.flatnonzero(shown[at])))] = True
-        among = (
-            True if told_within is None else simulated.near(simulated.untold[without], told_within)
-        )
+        among: np.ndarray | bool = True
+        if quiet_within is not None and simulated.quiet_share is not None:
+            among = simulated.as_quiet(simulated.quiet_share[without], quiet_within)
         recorded = simulated.summary[without]
         try:
             answer = posterior(simulated, recorded, tolerance, without=without, among=among)

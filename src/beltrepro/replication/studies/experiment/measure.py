@@ -20,7 +20,7 @@ TABLES = {
     "experiment_posterior": Table(uses=("trials_free",)),
 }
 
-SHARE_TOLD = 0.1  # of the time in small amplitudes: how well films that tell it would tell it
+QUIET_WITHIN = 0.1  # how well films would tell their share of the time in small amplitudes
 TOLERANCES = (TOLERANCE, TOLERANCE / 2, 2 * TOLERANCE)
 PRINTED = {"friction_ratio": observations.FRICTION_RATIO, "speed_factor": 1.0}
 FREE = (("noise",), ("noise", "friction_ratio"), ("noise", "speed_factor"), ("noise", *PRINTED))
@@ -203,8 +203,8 @@ def _posterior_row(simulated, free, tolerance) -> dict:
                 row[f"{name}_coverage"] = done.coverage[name].value
                 row[f"{name}_uniform_p"] = done.uniform_p[name]
                 row[f"{name}_in_set"] = done.levels[name]
-            told = inference.calibrate(simulated, tolerance, told_within=SHARE_TOLD)
-            row |= {f"{name}_in_set_told": told.levels[name] for name in free}
+            quiet = inference.calibrate(simulated, tolerance, quiet_within=QUIET_WITHIN)
+            row |= {f"{name}_in_set_quiet": quiet.levels[name] for name in free}
     for name, values in zip(("r_022", "r_028"), np.exp(simulated.summary), strict=True):
         lower, median, upper = inference.predicted(answer, values, (0.05, 0.5, 0.95))
         row |= {name: median, f"{name}_lower": lower, f"{name}_upper": upper}

@@ -63,8 +63,16 @@ def row_of_motions(evidence, n_blocks):
 
 
 def contrast(belt_velocity, disorder):
-    """High over low plateau of r(u) beside its best falling step; 1 if r falls nowhere."""
-    return estimates.bootstrap(_best_fall, [np.column_stack([belt_velocity, disorder])])
+    """High over low plateau of r(u) beside its best falling step; 1 if r falls nowhere.
+
+    Velocities are drawn anew, with all their runs: without noise runs at one u often end alike.
+    """
+    runs = np.column_stack([belt_velocity, disorder])
+    at_each = [runs[belt_velocity == u] for u in np.unique(belt_velocity)]
+    return estimates.bootstrap(
+        lambda drawn: _best_fall(np.concatenate([at_each[place] for place in drawn])),
+        [np.arange(len(at_each))],
+    )
 
 
 def _best_fall(runs):
