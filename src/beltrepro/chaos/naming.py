@@ -9,6 +9,7 @@ from typing import Unpack
 import numpy as np
 
 from beltrepro.chaos.clocks import REST, integrator_by
+from beltrepro.chaos.periodic_orbits import moments_of_orbit
 from beltrepro.chaos.vectors import check_method, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
@@ -20,7 +21,7 @@ from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
-from beltrepro.stats.motion import name_motion
+from beltrepro.stats.motion import PERIODIC, name_motion
 from beltrepro.stats.recurrence import Recurrence, find_recurrence
 
 _SAMPLES = Sampling(1, 0.1)  # for r
@@ -48,7 +49,7 @@ class Motion(Tabled):
     largest_exponent, standard_error : float
         Largest Lyapunov exponent per model time after the transient, and its error.
     disorder_parameter, mean_length : float
-        r (Eq. 4) and <x_N> after the transient.
+        r (Eq. 4) and <x_N>: of the orbit if the motion is periodic, else after the transient.
     """
 
     parameters: ChainParameters
@@ -161,6 +162,10 @@ def _judged(
         }
         row["standard_error"] = errors[lane, first]
         rows.append(row | {name: length[name][lane] for name in LENGTHS})
+        if closed is not None and state == PERIODIC:
+            # the motion after the transient may hold irregular motion that came before the orbit
+            orbit = moments_of_orbit(chains.state()[lane], closed.time, case.tolerance)
+            rows[-1] |= {name: orbit[name].item() for name in LENGTHS}
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 

@@ -236,7 +236,7 @@ def close_orbit(
     start = most_stuck(state, period_time, tolerance)
     orbit = closed(start, period_time, tolerance)
     start, period_time = orbit.state, orbit.period_time
-    lengths = _measured(start, period_time, tolerance)
+    lengths = moments_of_orbit(start, period_time, tolerance)
     returns = states_at(start, period_time, float(lengths["mean_length"][0]), tolerance)
     slips = follow(start, period_time, tolerance=tolerance).events["kind"] == "slip"
     return PeriodicOrbit(
@@ -284,7 +284,7 @@ def _integrator(
     return integrator_of([case], sampling=sampling, section=section)
 
 
-def _measured(
+def moments_of_orbit(
     start: ChainState, period_time: float, tolerance: float | None
 ) -> dict[str, np.ndarray]:
     """Moments of x_N over the period."""
