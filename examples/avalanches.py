@@ -7,7 +7,7 @@ from beltrepro import ChainParameters, catalogue
 
 RUNS = 32
 chain = ChainParameters(n_blocks=10, belt_velocity=1.0, noise=1.0)
-records = catalogue(chain, replicate=range(RUNS), duration=3000.0, transient=500.0)
+records = catalogue(chain, replicate=range(RUNS), duration=4000.0, transient=1500.0)
 avalanches = records["avalanches"]
 print(f"{len(avalanches)} avalanches, {len(records['slips'])} slips")
 

@@ -93,7 +93,7 @@ def test_a_damaged_file_is_one_line_with_the_remedy(tmp_path):
         files.read(path, files.expected(spec_of(0) | {"run": "f06"}))
     message = str(caught.value)
     assert message.startswith(f"{path}: not a readable HDF5 file") and "\n" not in message
-    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own run=f06")
+    assert message.endswith(f"rm -f {path} && snakemake --cores 2 --config preset=own run=f06")
 
 
 def test_a_file_says_what_it_holds(tmp_path):
@@ -133,7 +133,7 @@ def test_a_file_of_something_else_is_refused_with_the_remedy(tmp_path, other, wo
     message = str(caught.value)
     assert "\n" not in message and words in message
     assert "expected dataset rows (scan) of preset own, run own" in message
-    assert message.endswith(f"rm {path} && snakemake --cores 2 --config preset=own")
+    assert message.endswith(f"rm -f {path} && snakemake --cores 2 --config preset=own")
 
 
 def test_batches_are_joined_in_their_order(tmp_path):

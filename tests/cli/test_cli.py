@@ -158,6 +158,19 @@ def test_the_spread_of_the_start_acts_on_other_replicates():
     assert first == measured("scan", noise=0)[0] != other
 
 
+def test_another_chain_than_that_of_the_run_gone_on_with_is_told(tmp_path):
+    path = tmp_path / "half.h5"
+    chain = ChainParameters(3, 20.0, 1.0, mass=(1, 2, 1))
+    simulate(chain, duration=30, transient=10).save(path)
+    changed = command(f"--from-state={path}", noise=0)
+    assert changed.returncode == 0
+    assert changed.stderr == (
+        f"warning: not the chain of {path}: noise 1.0 -> 0.0, mass (1.0, 2.0, 1.0) -> 1.0\n"
+    )
+    simulate(ChainParameters(3, 20.0, 1.0), duration=30).save(path)
+    assert command(f"--from-state={path}").stderr == ""
+
+
 # --- scan ---
 
 WORDS = ["--n-blocks=2,3", "--belt-velocity=5:20:15", "--duration=60", "--transient=20"]
@@ -173,7 +186,7 @@ def test_the_command_takes_lists_and_ranges(capsys, tmp_path):
     assert values == pytest.approx(direct["disorder_parameter"].tolist(), rel=1e-12)
     assert [row["belt_velocity"] for row in rows[:8]] == [5.0] * 4 + [20.0] * 4
     path = tmp_path / "scan.csv"
-    assert cli.main(["scan", *WORDS, f"--output={path}"]) == 0
+    assert cli.main(["scan", *WORDS, "--workers=1", f"--output={path}"]) == 0
     assert len(pd.read_csv(path)) == 4
     assert capsys.readouterr().out == f"{path}: 4 points\n"
     assert cli.main(["scan", *WORDS]) == 0

@@ -38,7 +38,7 @@ def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
     assert (right.xlabel, right.ylabel) == ("$N$", "$u_c$")
     near(left, "exact motion", [0, 1], [18, 18.5], [[17.5, 18.2], [18.6, 18.8]], within=0.2)
     near(left, "scheme of the paper", [0], [19.5], [[19.1], [20.1]], within=0.2)
-    near(left, "the same, wide starts", [0], [17.5], [[17.5], [17.5]], within=0.2)
+    near(left, "scheme, wide starts", [0], [17.5], [[17.5], [17.5]], within=0.2)
     paper = left.curve("paper")
     assert (paper.x.tolist(), paper.y.tolist()) == ([0, 2.2], [16.5, 19])  # Sec. IV.A and IV.B
     regions = {(low, high) for _, low, high in left.bars}
@@ -80,9 +80,9 @@ def test_avalanches_are_a_density_for_each_number_of_blocks_and_where_it_ends():
     right.draws("$N$", r"$\Delta E$", (sizes, quantiles), (sizes, largest, "largest"),
                 scales="log log", more=1)  # fmt: skip
     law, bars = right.curve(r"$\propto N"), right.curve("99% quantile").points[:, 2:]
-    # weighted by the intervals, in logarithms
+    # without N = 3, whose motion is another; weighted by the intervals, in logarithms
     weights = 1 / np.log(bars[:, 1] / bars[:, 0])
-    slope, _ = np.polyfit(np.log(sizes), np.log(quantiles), 1, w=weights)
+    slope, _ = np.polyfit(np.log(sizes[1:]), np.log(quantiles[1:]), 1, w=weights[1:])
     np.testing.assert_allclose(np.diff(np.log(law.y)) / np.diff(np.log(law.x)), slope)
     assert f"{slope:.2f}" in law.label
 
@@ -301,7 +301,7 @@ def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
         (levels, likelihood, "both free"),
         scales="log linear",
     )
-    assert noise.title == "d.||too few agree: speed free"
+    assert noise.title == "d.||too few trials agree with speed free"
 
 
 # --- comparison of integrators --------------------------------------------------------------------

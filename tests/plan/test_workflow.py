@@ -673,7 +673,7 @@ def test_a_file_copied_over_another_is_refused_with_the_remedy(tree, smoke):
     line = done.stderr.strip().splitlines()[-1]
     assert done.returncode == 1
     assert "holds dataset n5_map (scan) of preset smoke, run smoke" in line
-    assert line.endswith("rm results/smoke/datasets/n5_rows.h5 && "
+    assert line.endswith("rm -f results/smoke/datasets/n5_rows.h5 && "
                          "snakemake --cores 2 --config preset=smoke")  # fmt: skip
 
 

@@ -284,10 +284,10 @@ def test_dates_are_told_with_a_count_of_what_had_been_seen(tmp_path):
     counts = Counter(claim.seen for claim in testable)
     begin, *numbers = (counts[seen] or "none" for seen in SEEN)
     assert trust.dates(made) == (
-        f"Of the criteria of {len(testable)} statements that can be tested, {numbers[2]} were "
-        f"written or changed after the published run had been seen, {numbers[1]} after long runs, "
-        f"{numbers[0]} after short ones and {begin} before any. So they are no "
-        "predictions."
+        f"The criteria are no predictions. Of {len(testable)} statements that can be tested, "
+        f"{numbers[2]} have criteria that were written or last changed after the published run had "
+        f"been seen, {numbers[1]} after long trial runs, {numbers[0]} after short ones and {begin} "
+        "before any run."
     )
     after = [claim.id for claim in testable if claim.seen == "the published run"]
     assert [result.id for result in trust.dated(made, "the published run")] == after != []

@@ -186,7 +186,7 @@ def test_the_block_takes_its_numbers_from_the_tables(block, said):
     words = number.words.replace("-", "−")
     assert f"| slips | −1.47 | {words} | " in text
     counts = count(results)
-    assert f"Of {counts.total} statements of the paper" in text
+    assert f"The paper makes {counts.total} statements" in text
     numbers = counts.verdicts["robust"]
     row = " | ".join(str(numbers[verdict]) for verdict in VERDICTS)
     assert f"| robust | {row} |" in text and numbers["no"] == 1

@@ -69,20 +69,22 @@ def test_the_page_says_it(run, tmp_path):
 
 def test_the_article_says_it(run):
     asked, material = run
-    (row,) = [row for row in article.supplement(material.claims)["claims"] if row["id"] == CLAIM]
+    statement = load_ledger()[CLAIM].statement
+    rows = article.supplement(material.claims)["claims"]
+    (row,) = [row for row in rows if row["statement"] == statement]
     assert (row["replicated"], row["robust"]) == tuple(TABLE[v][1] for v in asked.values())
     assert set(row["numbers"]) == {q for q, verdict in asked.items() if verdict != MISSING}
     assert not re.search(NEVER, str([*row.values()][:-1]))
 
 
-def test_the_article_lists_the_criteria_changed_after_the_published_run(run):
-    listed = article.supplement(run[1].claims)["after"]
-    last = {
-        claim.id
+def test_the_article_lists_the_criteria_not_changed_after_the_published_run(run):
+    listed = article.supplement(run[1].claims)["before"]
+    early = {
+        claim.statement
         for claim in load_ledger().values()
-        if claim.finding and claim.testable and claim.seen == "the published run"
+        if claim.finding and claim.testable and claim.seen != "the published run"
     }
-    assert len(listed) > 10 and set(listed) == last
+    assert listed and set(listed) == early
 
 
 def test_readme_counts_it(run):

@@ -13,6 +13,7 @@ from beltrepro.stats import scale_free
 from made_up import both, few_resamples, grades, measured  # noqa: F401
 
 RNG = np.random.default_rng
+EXACT = "exact dynamics"
 EDGES = 10**1.8, 10**2.8  # of bins, 5 or 10 a decade
 
 
@@ -67,7 +68,9 @@ def test_the_spectrum(series, exact, verdicts):
 
 def test_the_amplitude_of_a_spectrum_is_that_of_a_long_series():
     """2|X|/n of white noise of variance s^2 and interval d over a time T: 2 s sqrt(d / T)."""
-    halves = measured("spectrum-exponent", "power, exact dynamics", u1_event=BENT).judged
+    halves = measured(
+        "spectrum-exponent", "power, exact dynamics", u1=PRINTED, u1_event=BENT
+    ).judged
     assert halves["upper minus lower half"].value == pytest.approx(-2.8, abs=0.4)
     numbers = measured("spectrum-exponent", u1=PRINTED).judged
     assert numbers["exponent"].value == pytest.approx(-1.21, abs=0.05)
@@ -284,7 +287,7 @@ def test_a_power_law_is_told_from_an_exponential():
     assert energies.value > 0.1 and energies.runs == 16
 
 
-SIZES = {3: "slips_n3", 5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}
+SIZES = {5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}
 
 
 def growing(power_of_sizes, power_of_energies, chains=8, shape=lambda n_blocks: -1.47):
@@ -299,22 +302,34 @@ def growing(power_of_sizes, power_of_energies, chains=8, shape=lambda n_blocks: 
     return made | {f"{name}_event": dataset for name, dataset in made.items()}
 
 
+LINE_OF_N = {5: -1.47, 7: -2.5, 10: -0.3}  # no two densities of one form
+
+
 @pytest.mark.parametrize(
-    ("powers", "verdict"),
-    [((1, 1.5), YES), ((0, 0), NO), ((1, 0.2), IN_PART), ((0.35, 0.8), IN_PART)],
+    ("powers", "shape", "verdict"),
+    [
+        ((1, 1.5), None, YES),
+        ((0, 0), None, IN_PART),  # of one form, but they do not grow
+        ((0, 0), LINE_OF_N, NO),
+        ((1, 1.5), LINE_OF_N, IN_PART),
+        ((1, 0.2), None, IN_PART),
+        ((0.35, 0.8), None, IN_PART),
+    ],
 )
-def test_the_growth_of_the_cutoff(powers, verdict):
-    made = growing(*powers)
-    assert grades("soc-cutoff", **made)[""] == verdict
-    for estimate, power in zip(measured("soc-cutoff", **made).judged.values(), powers, strict=True):
-        assert estimate.value == pytest.approx(power, abs=0.15) and estimate.runs == 8
+def test_growth_and_form_of_avalanches(powers, shape, verdict):
+    made = growing(*powers, shape=shape.get) if shape else growing(*powers)
+    assert both("soc-cutoff", **made) == (verdict, verdict)
+    if not shape:
+        *grown, _ = measured("soc-cutoff", **made).judged.values()
+        for estimate, power in zip(grown, powers, strict=True):
+            assert estimate.value == pytest.approx(power, abs=0.15) and estimate.runs == 8
     with pytest.raises(NotEnoughDataError, match="no slips_n7"):
         measured("soc-cutoff", **{name: made[name] for name in made if name != "slips_n7"})
 
 
 def test_cutoffs_of_orbits_without_scatter_have_an_interval():
     same = np.tile([100.0, 200.0, 400.0], 800)
-    made = growing(1, 1.5) | {"slips_n3": catalogue(same, same, chains=8, n_blocks=3)}
+    made = growing(1, 1.5) | {"slips_u1": catalogue(same, same, chains=8)}
     assert np.isfinite(measured("soc-cutoff", **made).judged["slip size: growth with N"].high)
 
 
@@ -336,15 +351,12 @@ def test_densities_of_one_law_collapse_and_others_do_not():
     assert avalanches.collapse(humped)[0].low > 1.15
 
 
-def test_the_collapse_is_that_of_avalanches_of_several_blocks_by_exact_dynamics():
+def test_the_form_is_that_of_avalanches_of_several_blocks_and_each_method_has_its_own():
     """Those of the first block alone, of one energy, and the other method must not count."""
-    same = growing(1, 1.4)
-    assert grades("soc-cutoff", "robust", **same)[""] == YES
-    unlike = growing(1, 1.4, shape=lambda n_blocks: -2.5 if n_blocks == 7 else -0.3)
-    assert grades("soc-cutoff", "robust", **unlike)[""] != YES
-    swapped = {name: same[name] for name in SIZES.values()}
-    assert grades("soc-cutoff", "robust", **unlike | swapped)[""] != YES
-    measurement = measured("soc-cutoff", "collapse", **same)
+    same, unlike = growing(1, 1.4), growing(1, 1.4, shape=LINE_OF_N.get)
+    mixed = {name: same[name] for name in SIZES.values()}
+    assert both("soc-cutoff", **unlike | mixed) == (YES, IN_PART)
+    measurement = measured("soc-cutoff", EXACT, **same)
     assert measurement.also["power of N"].value == pytest.approx(1.4, abs=0.05)
 
 

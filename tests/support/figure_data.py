@@ -182,7 +182,7 @@ def catalogue(n_blocks=5, *, points=900, repeats=0, method="verlet", count=1200)
     size = slips["start_position"] - slips["stop_position"]
     more = {
         "slips": np.ones(count, dtype=int),
-        "blocks": np.ones(count, dtype=int),
+        "blocks": np.full(count, 2),
         "spring_energy_drop": 1.1 * events["dissipated"],
         "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
     }
@@ -480,7 +480,7 @@ def dataset(name):
     }
     made["u1_event"] = made["u1"]
     made |= {
-        f"slips_n{n}{method}": lambda n=n: catalogue(n, count=1200 + n)
+        f"slips_n{n}{method}": lambda n=n: catalogue(n, count=4800 + n)
         for n in (3, 7, 10)
         for method in ("", "_event")
     }

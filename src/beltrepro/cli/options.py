@@ -137,7 +137,7 @@ def add_run(
     add_numerics(parser)
     option = parser.add_argument
     option("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
-    words = "another one has other random numbers; 0 if not given"
+    words = "number of the repetition; another one has other random numbers; 0 if not given"
     option("--replicate", type=int, default=replicate, help=words)
     option("--json", action="store_true", help=JSON)
 
@@ -153,7 +153,7 @@ def add_numerics(parser: argparse.ArgumentParser) -> None:
         help="event (exact) or verlet (the scheme of the paper); default: event",
     )
     option("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
-    words = "truncation allowed in a step of event (its own: 1e-10, more with noise)"
+    words = "error allowed in a step of event (1e-10, larger with noise)"
     option("--tolerance", type=float, help=words)
 
 
@@ -173,6 +173,9 @@ def add_chain(
     law = parser.add_argument_group("law of springs and friction, as in the paper if not given")
     text = inspect.getdoc(ChainParameters) or ""
     words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
+    # what only Python takes
+    words = {name: one.replace(", per block", "").replace("`math.inf`", "inf")
+             for name, one in words.items()}  # fmt: skip
     for parameter in fields(ChainParameters):
         group = law if parameter.name in LAW else parser
         kind = whole if parameter.name == "n_blocks" else number

@@ -27,6 +27,7 @@ def add(commands: Any) -> None:
     option("--seed", type=int, default=1, help="fixes the random numbers (1)")
     option("--replicates", type=int, default=1, help="runs at each combination (1)")
     shared.add_spread(parser)
+    option("--workers", type=int, help="cores to use; all of them if not given")
     option("--json", action="store_true", help="print the table as JSON")
     shared.add_output(parser, "write the table to this .csv file, or all arrays to this .h5 file")
 
@@ -41,8 +42,8 @@ def run(options: argparse.Namespace) -> None:
             import pandas  # noqa: F401
     grid = Grid(**{name: getattr(options, name) for name in (*shared.CHAIN, "replicates")})
     settings = {name: getattr(options, name) for name in (*shared.NUMERICS, "seed")}
-    spread, progress = options.initial_spread, shared.progress_of("scan")
-    results = scan(grid, **settings, initial_spread=spread, section_values=0, progress=progress)
+    settings |= {"initial_spread": options.initial_spread, "workers": options.workers}
+    results = scan(grid, **settings, section_values=0, progress=shared.progress_of("scan"))
     if options.output:
         results.save(options.output)
     if options.json:

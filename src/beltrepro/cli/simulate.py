@@ -1,11 +1,14 @@
 """`beltrepro simulate`: one run of one chain."""
 
 import argparse
+import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from beltrepro.base.checks import positive
 from beltrepro.cli import options as shared
+from beltrepro.model import ChainParameters
 
 _FILE = """
 
@@ -26,9 +29,21 @@ def add(commands: Any) -> None:
     option = parser.add_argument
     shared.add_run(parser)
     option("--sample-interval", type=float, default=0.1, help="time between samples in --output")
-    words = "go on where the run in this file, written by --output, has ended"
+    words = "go on where the run in this file, written by --output, has ended, with the chain of "
+    words += "the options"
     option("--from-state", type=Path, metavar="FILE", help=words)
     shared.add_output(parser, "write the run to this .h5 file, see below")
+
+
+def _tell_differences(path: Path, before: ChainParameters, chain: ChainParameters) -> None:
+    """Say in a line what of the chain is not as in the run that is gone on with."""
+    pairs = {
+        field.name: (getattr(before, field.name), getattr(chain, field.name))
+        for field in fields(chain)
+    }
+    changed = [f"{name} {old} -> {new}" for name, (old, new) in pairs.items() if old != new]
+    if changed:
+        print(f"warning: not the chain of {path}: {', '.join(changed)}", file=sys.stderr)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -38,10 +53,13 @@ def run(options: argparse.Namespace) -> None:
     positive("sample_interval", options.sample_interval)  # also where there are no samples
     from beltrepro.simulation import Run, simulate
 
+    before = Run.load(options.from_state) if options.from_state else None
+    if before:
+        _tell_differences(options.from_state, before.parameters, chain)
     made = simulate(
         chain,
         **shared.settings_of(options),
-        initial_state=Run.load(options.from_state).final_state if options.from_state else None,
+        initial_state=before.final_state if before else None,
         sample_interval=options.sample_interval if options.output else None,
     )
     assert isinstance(made, Run)  # as it was one chain

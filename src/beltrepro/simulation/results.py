@@ -28,7 +28,7 @@ class Results(dict[str, np.ndarray]):
     """What was measured of P chains: a dict of arrays with first axis P, in model units.
 
     What each chain is and how it was advanced comes first, then what the function has measured.
-    Where the vectors of a chain are shorter than those of another they end with NaN.
+    Where the vectors of a chain are shorter than those of another they end with NaN, counts with 0.
 
     Attributes
     ----------
@@ -65,7 +65,8 @@ class Results(dict[str, np.ndarray]):
         Returns
         -------
         pandas.DataFrame
-            A row for each chain, a column for each array that has one number for a chain.
+            A row for each chain, a column for each array that has one number for a chain, and N
+            columns for a constant that differs among the blocks: mass_1, mass_2, ...
 
         Raises
         ------
@@ -73,7 +74,11 @@ class Results(dict[str, np.ndarray]):
             pandas is not installed.
         """
         shape = self["replicate"].shape
-        return frame({name: array for name, array in self.items() if array.shape == shape})
+        columns = {name: array for name, array in self.items() if array.shape == shape}
+        for name in self.axes:
+            if self[name].ndim > 1:
+                columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
+        return frame(columns)
 
     def to_xarray(self) -> Any:
         """The table as a grid of xarray, with an axis for each quantity that varies.

@@ -80,7 +80,7 @@ def read_any(path: str | Path) -> store.Dataset:
 
 def repair(path: str | Path, expected: dict) -> str:
     """Words on how to make a file of results again."""
-    command = f"rm {path} && snakemake --cores 2 --config preset={expected['preset']}"
+    command = f"rm -f {path} && snakemake --cores 2 --config preset={expected['preset']}"
     if expected["run"] != expected["preset"]:
         command += f" run={expected['run']}"
     return f"to make it again: {command}"

@@ -23,9 +23,16 @@ from beltrepro.replication.report.findings import missed, printed_and_measured
 from beltrepro.replication.report.sentences import filled, typeset
 from beltrepro.replication.report.trust import DECIDING, dated, dates
 from beltrepro.replication.verdicts import ledger
+from beltrepro.replication.verdicts.criteria import NOT_TESTABLE, OPEN, YES, range_in_words
 
 KEYWORDS = ("spring-block model", "stick-slip motion", "avalanches", "chaos", "replication")
 PROSE, SOURCES = "article.typ", "references.bib"
+# What is counted apart, by its kind in the ledger.
+APART = {
+    "construction": "True because the model is built so",
+    "validation": "Tests of our own camera",
+    "explanation": "Explanations of our own",
+}
 _ROOM = "beltrepro.replication.report"
 _PLACE = re.compile(r'#number\("(.+?)"\)')
 _FIGURE = re.compile(r'#picture\("(.+?)"')
@@ -111,10 +118,7 @@ def facts(
     results: Results, settings: Mapping[str, Any], origin: Mapping[str, Any]
 ) -> dict[str, str]:
     """Facts of a run as short texts by name: counts of verdicts, lengths, version of the code."""
-    counts = count(results)
-    about = {"testable": str(counts.testable), "code_version": origin["code_version"]}
-    for question, numbers in counts.verdicts.items():
-        about |= {f"{question} {verdict}": str(number) for verdict, number in numbers.items()}
+    about = {"code_version": origin["code_version"]} | _counts(results)
     deciding = settings["datasets"][DECIDING]
     runs = str(len(deciding["replicate"]))
     if more := deciding.get("more_runs"):
@@ -122,18 +126,34 @@ def facts(
     return about | {"replicates": runs, "duration": f"{float(deciding['duration']):,.0f}"}
 
 
+def _counts(results: Results) -> dict[str, str]:
+    """How many statements have each verdict, are open, and are replicated and not robust."""
+    findings = [result for result in results.values() if result.claim.finding]
+    numbers = {"open": sum(OPEN in result.verdicts.values() for result in findings)}
+    for question, verdicts in count(results).verdicts.items():
+        numbers |= {f"{question} {verdict}": number for verdict, number in verdicts.items()}
+        numbers[f"{question} testable"] = sum(verdicts.values()) - verdicts[NOT_TESTABLE]
+    dropped = [r for r in findings if r.verdicts["replicated"] == YES != r.verdicts["robust"]]
+    asked = [[answer.criterion for answer in result.answers.values()] for result in dropped]
+    numbers |= {"dropped": len(dropped), "dropped by the same range": sum(a == b for a, b in asked)}
+    return {name: str(number) for name, number in numbers.items()}
+
+
 def supplement(results: Results) -> dict[str, Any]:
     """What stands in the table of all statements, and how the criteria came to be."""
     findings = [result for result in results.values() if result.claim.finding]
     return {
         "dates": dates(results),
-        "after": [result.id for result in dated(results, ledger.SEEN[-1])],
+        "before": [result.claim.statement for result in dated(results, *ledger.SEEN[:-1])],
         "claims": [_row(result) for result in findings],
-        "apart": [
-            {"id": result.id, "kind": result.claim.kind, "verdict": result.verdicts["replicated"]}
-            for result in results.values()
-            if not result.claim.finding
-        ],
+        "apart": {
+            name: [
+                {"statement": result.claim.statement, "verdict": result.verdicts["replicated"]}
+                for result in results.values()
+                if result.claim.kind == kind
+            ]
+            for kind, name in APART.items()
+        },
     }
 
 
@@ -151,8 +171,12 @@ def _about(name: str, figures: Mapping[str, Path]) -> dict[str, str]:
 
 def _row(result: Result) -> dict[str, Any]:
     """A row of the table of claims; numbers once where both questions judge the same ones."""
-    numbers = {question: _numbers(answer) for question, answer in result.answers.items()}
-    about = {"id": result.id, "figure": str(result.claim.figure or ""), **result.verdicts}
+    numbers = {
+        question: _numbers(answer, result.claim.criteria[question].lenient)
+        for question, answer in result.answers.items()
+    }
+    about = {"statement": result.claim.statement, "figure": str(result.claim.figure or "")}
+    about |= result.verdicts
     return about | {"numbers": _once({name: words for name, words in numbers.items() if words})}
 
 
@@ -162,7 +186,12 @@ def _once(texts: dict[str, str]) -> dict[str, str]:
     return {"": next(iter(texts.values()))} if same else texts
 
 
-def _numbers(answer: Answer) -> str:
-    """The numbers that decide, with the ranges that are allowed."""
-    numbers = (f"{n.name} {n.words} [{n.allowed_words}]" for n in answer.judged)
-    return typeset("; ".join(numbers))
+def _numbers(answer: Answer, lenient: Mapping[str, Any]) -> str:
+    """The numbers that decide, with what a strict and a lenient reader allow."""
+    words = []
+    for number in answer.judged:
+        ranges = [number.allowed_words]
+        if number.name in lenient:
+            ranges.append(range_in_words(lenient[number.name]))
+        words.append(f"{number.name} {number.words} [{' | '.join(ranges)}]")
+    return typeset("; ".join(words))

@@ -50,8 +50,8 @@ def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]
         _, claim, name = place_of(entry["place"])
         replicated = number_at(entry["place"], results)
         robust = number_at(f"robust {entry['place']}", results)
-        if len({answer.reading for answer in results[claim].answers.values()}) == 1:
-            robust = None  # the same number
+        if replicated and robust and replicated.words == robust.words:
+            robust = None
         paper = printed(claim)
         paper = entry.get("printed") or f"{paper[name] if isinstance(paper, dict) else paper:g}"
         measured = (number.words if number else "" for number in (replicated, robust))

@@ -104,7 +104,12 @@ def _block(folder: Path) -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
     counts = count(results)
     yield ""
-    yield f"Of {counts.total} statements of the paper that could have come out otherwise:"
+    yield "Where the last cell is empty, both verdicts rest on the same number."
+    yield ""
+    yield (
+        f"The paper makes {counts.total} statements that a simulation could refute. *In part*: one "
+        "number holds and another does not. *Open*: the runs do not tell."
+    )
     yield ""
     yield f"| | {' | '.join(VERDICTS)} |"
     yield "| --- |" + " --- |" * len(VERDICTS)
@@ -115,7 +120,8 @@ def _block(folder: Path) -> Iterator[str]:
     pages = {"Report": "report.html", "article": ARTICLE}
     there = {name: path for name, path in pages.items() if (folder / path).is_file()}
     if there:
-        yield f"{', '.join(f'[{name}]({folder}/{path})' for name, path in there.items())}."
+        links = ", ".join(f"[{name}]({folder}/{path})" for name, path in there.items())
+        yield f"{links} (download the report and open it)."
 
 
 def _wanted(results: Path) -> list[Path]:

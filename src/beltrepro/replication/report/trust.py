@@ -47,9 +47,10 @@ def dates(results: Results) -> str:
     seen = Counter(result.claim.seen for result in dated(results))
     numbers = [seen[name] or "none" for name in SEEN]
     return (
-        f"Of the criteria of {seen.total()} statements that can be tested, {numbers[3]} were "
-        f"written or changed after the published run had been seen, {numbers[2]} after long runs, "
-        f"{numbers[1]} after short ones and {numbers[0]} before any. So they are no predictions."
+        f"The criteria are no predictions. Of {seen.total()} statements that can be tested, "
+        f"{numbers[3]} have criteria that were written or last changed after the published run had "
+        f"been seen, {numbers[2]} after long trial runs, {numbers[1]} after short ones and "
+        f"{numbers[0]} before any run."
     )
 
 

@@ -14,6 +14,7 @@ FIGURE = Figure(
 )
 
 BINS_PER_DECADE = 8
+LEAST_FITTED = 5  # blocks
 
 
 @style.styled
@@ -48,16 +49,17 @@ def draw(data):
 
 
 def _cutoffs(axes, samples):
-    growth = measure.growth(samples)
-    n_blocks, cutoffs, power = growth
+    """With N = 3, whose motion is another, the law is not fitted."""
+    n_blocks, cutoffs, _ = measure.growth(samples)
+    growth = measure.growth({n: sample for n, sample in samples.items() if n >= LEAST_FITTED})
     cutoff = np.array([estimate.value for estimate in cutoffs])
     bars = [[estimate.value - estimate.low, estimate.high - estimate.value] for estimate in cutoffs]
     label = f"{measure.CUTOFF_QUANTILE:.0%} quantile"
     axes.errorbar(n_blocks, cutoff, np.transpose(bars), fmt="o", color=style.BLUE, label=label)
     largest = [sample.values.max() for sample in samples.values()]
     axes.plot(n_blocks, largest, "^", color=style.GREY, label="largest")
-    look = {"color": style.VERMILION, "label": rf"$\propto N^{{{power.value:.2f}}}$"}
-    axes.plot(n_blocks, growth.line(n_blocks), **look)
+    look = {"color": style.VERMILION, "label": rf"$\propto N^{{{growth.power.value:.2f}}}$"}
+    axes.plot(growth.n_blocks, growth.line(growth.n_blocks), **look)
     axes.set_xticks(n_blocks, [f"{n:g}" for n in n_blocks])
     axes.minorticks_off()
     panels.plain_log(axes.yaxis)

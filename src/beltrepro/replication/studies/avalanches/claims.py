@@ -12,8 +12,10 @@ from beltrepro.stats import estimates
 
 MINIMUM_SLIPS = 500
 PAPERS_SCHEME, EXACT = "the paper's scheme", "exact dynamics"
-CATALOGUES = {3: "slips_n3", 5: "slips_u1", 7: "slips_n7", 10: "slips_n10"}
-EXACT_CATALOGUES = {5: "slips_u1_event", 7: "slips_n7_event", 10: "slips_n10_event"}
+CATALOGUES = {
+    PAPERS_SCHEME: {5: "slips_u1", 7: "slips_n7", 10: "slips_n10"},
+    EXACT: {5: "slips_u1_event", 7: "slips_n7_event", 10: "slips_n10_event"},
+}
 
 
 # --- the series of Fig. 8 -------------------------------------------------------------------------
@@ -50,7 +52,11 @@ def _halves(evidence):
         for band in ((low, middle), (middle, high))
     )
     change = estimates.difference(upper, lower)
-    return Measurement(law.judged | {"upper minus lower half": change}, note=law.note)
+    also = {
+        "amplitude": measure.amplitude_law(evidence.dataset("u1_event")).exponent,
+        "by the scheme": _spectral_law(evidence, "u1").judged["exponent"],
+    }
+    return Measurement(law.judged | {"upper minus lower half": change}, also, law.note)
 
 
 @claim("one-over-f")
@@ -139,9 +145,11 @@ def _exponent(sample, **how):
 
 
 def _likely_exponent(evidence, sample):
-    """With the test of a power law, of exact dynamics."""
+    """With the test of a power law, of exact dynamics; beside it the line of the scheme."""
     law = _scale_free(evidence, "slips_u1_event", sample)
-    return Measurement({"exponent": law.also["exponent"]} | law.judged, law.also, law.note)
+    line = _exponent(sample(_catalogue(evidence, "slips_u1_event"))).judged["exponent"]
+    also = law.also | {"line through all bins": line}
+    return Measurement({"exponent": law.also["exponent"]} | law.judged, also, law.note)
 
 
 # --- self-organised criticality -------------------------------------------------------------------
@@ -172,31 +180,29 @@ def _scale_free(evidence, name, sample, **how):
 @claim("soc-cutoff")
 def soc_cutoff(evidence):
     """How the largest slips and avalanches grow with N, and whether their densities collapse."""
-    return {"99 % quantile": partial(_growth, evidence), "collapse": partial(_collapse, evidence)}
+    return {method: partial(_growth_and_form, evidence, method) for method in CATALOGUES}
 
 
-def _growth(evidence):
+def _growth_and_form(evidence, method):
+    """The form is that of avalanches of two blocks or more: what one does alone knows no N."""
+
+    def by_n(sample):
+        return {n: sample(_catalogue(evidence, name)) for n, name in CATALOGUES[method].items()}
+
     sizes, energies = (
-        measure.growth(_by_n(evidence, CATALOGUES, sample))
-        for sample in (measure.slip_sizes, measure.all_energies)
+        measure.growth(by_n(sample)).power for sample in (measure.slip_sizes, measure.all_energies)
     )
-    return Measurement(
-        {"slip size: growth with N": sizes.power, "energy: growth with N": energies.power}
-    )
-
-
-def _collapse(evidence):
-    """Of avalanches of two blocks or more: what one block does alone knows no N."""
-    energies = partial(measure.all_energies, least_blocks=2)
-    samples = _by_n(evidence, EXACT_CATALOGUES, energies)
+    samples = by_n(partial(measure.all_energies, least_blocks=2))
     factor, power = measure.collapse(samples)
     also = {"power of N": power, "distance without scaling": measure.unscaled(samples)}
-    sure = {name: estimates.sure(value) for name, value in also.items()}
-    return Measurement({"distance from one curve": factor}, sure)
-
-
-def _by_n(evidence, catalogues, sample):
-    return {n: sample(_catalogue(evidence, name)) for n, name in catalogues.items()}
+    return Measurement(
+        {
+            "slip size: growth with N": sizes,
+            "energy: growth with N": energies,
+            "distance from one curve": factor,
+        },
+        {name: estimates.sure(value) for name, value in also.items()},
+    )
 
 
 # --- blocks that slip together --------------------------------------------------------------------

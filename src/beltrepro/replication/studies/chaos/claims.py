@@ -19,7 +19,6 @@ from beltrepro.replication.studies.chaos.runs_of_motion import (
     Settling,
     between,
     by_method,
-    motions,
     motions_with,
 )
 from beltrepro.replication.verdicts.criteria import Measurement
@@ -30,6 +29,8 @@ from beltrepro.stats.motion import CHAOTIC, PERIODIC
 
 POINTS_OF_GROUP = 700  # section points, of which a dimension needs 500; groups differ in size
 FEWEST_GROUPS = 3
+PERMANENT = 1e6  # which the paper discards before it looks
+SAME_STARTS = {SCHEME: "survival_scheme", EXACT: "survival_long"}
 
 
 @claim("poincare")
@@ -46,7 +47,7 @@ def _attractor(evidence):
     section = _section(evidence, "slips_u1_event", False)
     place = {"belt_velocity": evidence.claim.parameters["belt_velocity"]}
     runs = Settling.of(evidence, SETTLING[EXACT], **place)
-    staying = {"irregular for 1e6": runs.irregular_for(1e6)}
+    staying = {"irregular for 1e6": runs.irregular_for(PERMANENT)}
     also = {"irregular for 1e5": runs.irregular_for(LONG), "exponent": runs.exponent}
     return Measurement(section.judged | staying, also, note=runs.words)
 
@@ -83,7 +84,7 @@ def u15_aperiodic(evidence):
     """Whether runs at u = 15 stay irregular."""
 
     def measure(runs, method):
-        also = {"half of the runs settle by": runs.half_life}
+        also = {"half of the runs settle by": runs.half_life, "end periodic": runs.ends_periodic}
         if method == EXACT:  # no deviation is followed beside the scheme
             also["exponent"] = runs.exponent
         return Measurement({"irregular for 1e5": runs.irregular_for(LONG)}, also, note=runs.words)
@@ -93,32 +94,45 @@ def u15_aperiodic(evidence):
 
 @claim("permanent-chaos")
 def permanent_chaos(evidence):
-    """Share of runs for u <= 15 that stay chaotic, of those that do not end in a window."""
-    return {SCHEME: partial(_stays_irregular, evidence), EXACT: partial(_stays_chaotic, evidence)}
+    """Share of runs that stay irregular for u <= 15 outside the windows, and of velocities."""
+    velocities, note = _outside_windows(evidence)
+    return {
+        method: partial(_stays_irregular, evidence, name, velocities, note)
+        for method, name in SAME_STARTS.items()
+    }
 
 
-def _stays_irregular(evidence):
-    runs = Settling.of(evidence, SETTLING[SCHEME])
+def _stays_irregular(evidence, name, velocities, note):
+    runs = Settling.of(evidence, (name,))
+    at = runs.arrays["belt_velocity"]
+    missing = velocities[~np.isin(velocities, at)]
+    require(not missing.size, f"{name} has no runs at u = {', '.join(map('{:g}'.format, missing))}")
+    at_each = [runs.where(at == u).irregular_for(PERMANENT) for u in velocities]
+    stays = np.array([share.value > 0 for share in at_each])
+    unknown = np.array([share.still_open > 0 for share in at_each])
+    runs = runs.where(np.isin(at, velocities))
+    return Measurement(
+        {
+            "irregular for 1e6": runs.irregular_for(PERMANENT),
+            "velocities with such runs": estimates.share_of(stays, unknown & ~stays),
+        },
+        {"longest": estimates.sure(runs.arrays["lifetime"].max())},
+        note=f"{note}; {runs.words}",
+    )
+
+
+def _outside_windows(evidence):
+    """Velocities at which most runs of the scheme do not end on an orbit of few returns."""
+    runs = Settling.of(evidence, (SAME_STARTS[SCHEME],)).arrays
     low, high = evidence.claim.parameters["belt_velocity"]
-    runs = runs.where(between(runs.arrays["belt_velocity"], low, high))
-    others, note = _outside(evidence, runs, runs.arrays["settled"], runs.arrays["period_returns"])
-    return Measurement({"permanent outside the windows": others.irregular_for(LONG)}, note=note)
-
-
-def _stays_chaotic(evidence):
-    runs = motions(evidence, N_BLOCKS, *evidence.claim.parameters["belt_velocity"])
-    others, note = _outside(evidence, runs, runs.names == PERIODIC, runs.returns)
-    note += f"; of the others {others.words}"
-    return Measurement({"permanent outside the windows": others.share(CHAOTIC)}, note=note)
-
-
-def _outside(evidence, runs, periodic, returns):
-    """The runs that do not end on an orbit of few returns, and how many do."""
-    few = evidence.claim.parameters["window_returns"]
-    windows = periodic & (returns >= 1) & (returns <= few)
-    words = f"{windows.size} runs"
-    require(not windows.all(), f"all of {words} for u <= 15 end in a window")
-    return runs.where(~windows), f"{windows.sum()} of {words} end in a window"
+    velocities = np.unique(runs["belt_velocity"])
+    velocities = velocities[between(velocities, low, high)]
+    returns = runs["period_returns"]
+    few = (returns >= 1) & (returns <= evidence.claim.parameters["window_returns"])
+    window = np.array([few[runs["belt_velocity"] == u].mean() > 1 / 2 for u in velocities])
+    require(not window.all(), "for u <= 15 most runs end in a window at each velocity")
+    words = ", ".join(map("{:g}".format, velocities[window])) or "none"
+    return velocities[~window], f"windows at u = {words}"
 
 
 @claim("no-permanent-chaos")
@@ -142,17 +156,20 @@ def _chaotic_by_look(evidence):
 
 
 def _chaotic_motions(evidence):
-    """A counterexample is a fact, whatever the share of such runs is."""
-    numbers, words = {}, []
-    for name, ends in evidence.claim.parameters["belt_velocity"].items():
-        runs = motions_with(evidence, "survival", *ends)
-        share = runs.share(CHAOTIC)
-        numbers |= {
-            f"chaotic, u = {name}": share,
-            f"seen, u = {name}": estimates.sure(share.value > 0),
-        }
-        words.append(f"u = {name}: {runs.words}")
-    return Measurement(numbers, note="; ".join(words))
+    """Above, irregular motion lasts so long that only the longest runs tell whether it ends."""
+    below, above = evidence.claim.parameters["belt_velocity"].items()
+    runs = motions_with(evidence, "survival", *below[1])
+    longest = Settling.of(evidence, ("survival_long",))
+    longest = longest.where(between(longest.arrays["belt_velocity"], *above[1]))
+    require(longest.arrays["settled"].size, f"survival_long has no runs at u = {above[0]}")
+    return Measurement(
+        {
+            f"chaotic, u = {below[0]}": runs.share(CHAOTIC),
+            f"irregular for 1e6, u = {above[0]}": longest.irregular_for(PERMANENT),
+        },
+        {"unsettled at the end": estimates.share_of(~longest.arrays["settled"])},
+        note=f"u = {below[0]}: {runs.words}; u = {above[0]}: {longest.words}",
+    )
 
 
 @claim("bifurcation-sigma0")

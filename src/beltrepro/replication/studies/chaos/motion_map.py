@@ -48,7 +48,8 @@ def draw(data):
         arrays = data[name].arrays
         _draw_cells(axes, arrays, row, label)
         blocks, methods = np.unique(arrays["n_blocks"]), np.unique(arrays["method"])
-        words = f"$N = {', '.join(map(str, blocks))}$, {', '.join(methods)}"
+        names = ", ".join({"event": "exact", "verlet": "scheme"}[method] for method in methods)
+        words = f"$N = {', '.join(map(str, blocks))}$, {names}"
         axes.set_title(words, loc="right", color="0.35")
     panels.letters(*places.values())
     for axes in places.values():

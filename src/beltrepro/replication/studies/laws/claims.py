@@ -163,7 +163,7 @@ def _order(evidence):
     steps, errors = measure.errors_of_runs(*sides, *place)
     first, *_, last = divergence.root_mean_square(errors)
     words = (
-        f"root mean square error {first:.2g} at dt = {steps[0]:g} and {last:.2g} at {steps[-1]:g}"
+        f"root mean square error {first:.2g} at dt = {steps[0]:g}, {last:.2g} at dt = {steps[-1]:g}"
     )
     return Measurement({"order": measure.order_of_runs(steps, errors)}, note=words)
 

@@ -236,17 +236,20 @@ def intermittency(evidence):
 
 
 def _in_runs(evidence, quiet):
-    u, noise = evidence.claim.parameters["belt_velocity"], evidence.claim.parameters["noise"]
-    row = evidence.replicates(N_BLOCKS, noise, scan=RUNS)
-    here = row.between(u, u)
-    require(here.any(), f"no runs at u = {u:g}")
+    places = evidence.claim.parameters
+    row = evidence.replicates(N_BLOCKS, places["noise"], scan=RUNS)
+
+    def alternating(u):
+        here = row.between(u, u)
+        require(here.any(), f"no runs at u = {u:g}")
+        return share_of(row.points["laminar_count"][here] >= 2)
+
     return Measurement(
         {
-            "alternating": share_of(row.points["laminar_count"][here] >= 2),
+            "alternating": alternating(places["belt_velocity"]),
+            f"alternating, u = {places['middle']:g}": alternating(places["middle"]),
             "intermittent without noise": laminar.share_without_noise(evidence, quiet),
-        },
-        {"laminar share": mean(row.points["laminar_fraction"][here])},
-        note=laminar.where_most(row),
+        }
     )
 
 

@@ -56,7 +56,7 @@ def _dots(axes, points):
     if not mask.any():
         panels.remark(axes, "no point is intermittent")
         return
-    panels.remark(axes, "white: ends of the intermittent range")
+    panels.remark(axes, "white: motion alternates")
     velocity, noise = points["belt_velocity"][mask], points["noise"][mask]
     ends = np.zeros(velocity.size, dtype=bool)
     for level in np.unique(noise):

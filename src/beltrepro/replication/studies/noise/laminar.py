@@ -29,16 +29,6 @@ def share_without_noise(evidence, scan):
     return share_of(lasting(row)[near])
 
 
-def where_most(row):
-    """At which u of a row most runs are intermittent, in words."""
-    velocities, place = np.unique(row.belt_velocity, return_inverse=True)
-    shares = np.bincount(place, lasting(row)) / np.bincount(place)
-    most = int(shares.argmax())
-    if not shares[most]:
-        return "no run with noise is intermittent at any u"
-    return f"most runs are intermittent at u = {velocities[most]:g}: {shares[most]:.0%} of them"
-
-
 # --- spectra --------------------------------------------------------------------------------------
 
 

@@ -1,5 +1,6 @@
 """Claims on five blocks without noise: single motions, the fall of r, transients (Sec. IV.A)."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +22,7 @@ from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
 LEAST_RUNS = 4
+LEAST_POINTS = 3  # of the row inside 20 < u < 22, in steps of 0.5 as in the paper
 
 
 # --- Figs. 11 and 12: single belt velocities ------------------------------------------------------
@@ -40,11 +42,18 @@ def u7_periodic(evidence):
 def u20_transient(evidence):
     """How long runs at u = 20 stick now and then, and whether they stop."""
     return {
-        SCHEME: partial(_transients, evidence, "lifetimes"),
+        SCHEME: partial(_from_declared_start_too, evidence),
         EXACT: partial(
             _transients, evidence, "pairs_states_event", initial_spread=1.0, time_step=0.001
         ),
     }
+
+
+def _from_declared_start_too(evidence):
+    found = _transients(evidence, "lifetimes")
+    row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
+    (disorder,) = row.disorder[row.between(20, 20)]
+    return replace(found, also={"r from the declared start": estimates.sure(disorder)})
 
 
 def _transients(evidence, name, **where):
@@ -56,7 +65,9 @@ def _transients(evidence, name, **where):
     escaped = runs["escaped"].astype(bool)
     slipping = transients.labels_of(runs) != transients.STICK_SLIP
     on_orbit = ~escaped & transients.on_shared_orbits(runs, settle_time)
-    beyond = escaped & (runs["lifetime"] > printed)
+    longer = estimates.absent()
+    if escaped.any():
+        longer = estimates.share_of(runs["lifetime"][escaped] > printed)
     note = f"{on_orbit.sum()} of {escaped.size} runs end on stick-slip orbits that several share"
     if escaped.any():
         times = np.round(runs["lifetime"][escaped])
@@ -65,7 +76,7 @@ def _transients(evidence, name, **where):
     return Measurement(
         {
             "end in continuous slip": estimates.share_of(slipping, ~escaped & ~on_orbit),
-            "transient beyond 4000": estimates.share_of(beyond, ~escaped),
+            f"longer than {printed}, of these": longer,
         },
         note=note,
     )
@@ -92,10 +103,8 @@ def r_jump(evidence):
     def reading(scan):
         numbers = _plateaus(evidence, scan)
         small = _beyond(evidence, scan) < transients.LARGE_AMPLITUDE
-        return Measurement(
-            numbers | {"ratio": estimates.ratio(*numbers.values())},
-            {"small r": estimates.share_of(small)},
-        )
+        shares = {"ratio": estimates.ratio(*numbers.values()), "small r": estimates.share_of(small)}
+        return Measurement(numbers | shares)
 
     return {name: partial(reading, scan) for name, scan in RUNS.items()}
 
@@ -127,11 +136,17 @@ def u_critical(evidence):
             {"critical": fall["critical"]}, {name: fall[name] for name in ("lower", "upper")}
         )
 
+    def from_other_starts_too():
+        near_rest, wide = reading(cuts[EXACT]), reading(cuts["wider starts"])
+        judged = near_rest.judged | {"critical, wider starts": wide.judged["critical"]}
+        return Measurement(judged, near_rest.also)
+
     cuts = {
         name: partial(evidence.replicates, N_BLOCKS, 0.0, scan=scan) for name, scan in RUNS.items()
     }
     cuts["one run at each u"] = partial(evidence.row, N_BLOCKS, 0.0, scan="n5_rows")
-    return {name: partial(reading, cut) for name, cut in cuts.items()}
+    readings = {name: partial(reading, cut) for name, cut in cuts.items()}
+    return readings | {EXACT: from_other_starts_too}
 
 
 @claim("r-windows")
@@ -196,8 +211,8 @@ def _of_large_r(evidence, ends, *scans):
         for name in ("disorder", "states", "belt_velocity")
     )
     require(
-        disorder.size >= LEAST_RUNS,
-        f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {LEAST_RUNS} are needed",
+        disorder.size >= LEAST_POINTS,
+        f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {LEAST_POINTS} are needed",
     )
     plateau = _plateaus(evidence, RUNS[SCHEME])["r_chaotic"]
     regular = np.isin(look, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
@@ -257,12 +272,12 @@ def continuous_slip(evidence):
     """Share of runs in which the last block slips on at the end, for 18 <= u <= 50."""
     exact = {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"}
     return {
-        SCHEME: partial(_slips_on, evidence, {"18 to 50": "n5_rows"}),
+        SCHEME: partial(_slips_on, evidence, {"18 to 50": "n5_rows"}, start_declared=True),
         EXACT: partial(_slips_on, evidence, exact),
     }
 
 
-def _slips_on(evidence, scans):
+def _slips_on(evidence, scans, *, start_declared=False):
     shares = {}
     for name, scan in scans.items():
         row = evidence.row(N_BLOCKS, 0.0, scan=scan)
@@ -270,7 +285,10 @@ def _slips_on(evidence, scans):
         require(inside.any(), f"no runs for u = {name}")
         sticking = _sticks_late(row)[inside]
         unknown = sticking & (row.duration < LONG)
-        shares[f"slips on, u = {name}"] = estimates.share_of(~sticking, unknown)
+        share = estimates.share_of(~sticking, unknown)
+        if start_declared and not unknown.any():
+            share = estimates.sure(share.value)  # chance has no part in it
+        shares |= {f"slips on, u = {name}": share, f"usual end, u = {name}": share}
     return Measurement(shares)
 
 

@@ -27,7 +27,7 @@ NOISES = (0.0, 1.0)  # shown in b
 LOOKS = {
     "n5_replicates": ("exact motion", style.BLUE, "o", 0.0),
     "n5_replicates_check": ("scheme of the paper", style.VERMILION, "s", 0.08),
-    "n5_replicates_wide": ("the same, wide starts", style.ORANGE, "^", 0.16),
+    "n5_replicates_wide": ("scheme, wide starts", style.ORANGE, "^", 0.16),
 }
 # The claim, its variant and the names of its estimates that have the same numbers.
 CLAIMS = {

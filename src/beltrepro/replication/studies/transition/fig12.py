@@ -84,7 +84,7 @@ def _mark_transition(axes, fall):
         return
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
     line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
-    words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
+    words = f"fall here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
     marks.shown(region, "u-critical", "lower", "upper")
     marks.shown(line, "u-critical", "critical")
     place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
@@ -111,7 +111,9 @@ def _lifetimes(axes, data):
             look_of_means = look | {"marker": marker, "markersize": 2.2, "label": label}
             axes.errorbar(place[ended], middle, bars, **look_of_means)
         if (~ended).any():
-            axes.errorbar(place[~ended], low[~ended], low[~ended], lolims=True, **look)
+            name = "" if ended.any() else label
+            limits = place[~ended], low[~ended], low[~ended]
+            axes.errorbar(*limits, lolims=True, label=name, **look)
     if not axes.containers:
         panels.note(axes, "no run of the lifetimes lasts")
         return
