@@ -12,6 +12,7 @@ import pytest
 import pages
 from beltrepro.cli import app
 from beltrepro.replication.report import article, findings, publishing
+from beltrepro.replication.report.sentences import typeset
 from beltrepro.replication.verdicts.ledger import load_ledger
 from made_up_results import MISSING
 
@@ -69,7 +70,7 @@ def test_the_page_says_it(run, tmp_path):
 
 def test_the_article_says_it(run):
     asked, material = run
-    statement = load_ledger()[CLAIM].statement
+    statement = typeset(load_ledger()[CLAIM].statement)
     rows = article.supplement(material.claims)["claims"]
     (row,) = [row for row in rows if row["statement"] == statement]
     assert (row["replicated"], row["robust"]) == tuple(TABLE[v][1] for v in asked.values())
@@ -80,7 +81,7 @@ def test_the_article_says_it(run):
 def test_the_article_lists_the_criteria_not_changed_after_the_published_run(run):
     listed = article.supplement(run[1].claims)["before"]
     early = {
-        claim.statement
+        typeset(claim.statement)
         for claim in load_ledger().values()
         if claim.finding and claim.testable and claim.seen != "the published run"
     }

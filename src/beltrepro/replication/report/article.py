@@ -144,11 +144,11 @@ def supplement(results: Results) -> dict[str, Any]:
     findings = [result for result in results.values() if result.claim.finding]
     return {
         "dates": dates(results),
-        "before": [result.claim.statement for result in dated(results, *ledger.SEEN[:-1])],
+        "before": [_statement(result) for result in dated(results, *ledger.SEEN[:-1])],
         "claims": [_row(result) for result in findings],
         "apart": {
             name: [
-                {"statement": result.claim.statement, "verdict": result.verdicts["replicated"]}
+                {"statement": _statement(result), "verdict": result.verdicts["replicated"]}
                 for result in results.values()
                 if result.claim.kind == kind
             ]
@@ -175,9 +175,13 @@ def _row(result: Result) -> dict[str, Any]:
         question: _numbers(answer, result.claim.criteria[question].lenient)
         for question, answer in result.answers.items()
     }
-    about = {"statement": result.claim.statement, "figure": str(result.claim.figure or "")}
+    about = {"statement": _statement(result), "figure": str(result.claim.figure or "")}
     about |= result.verdicts
     return about | {"numbers": _once({name: words for name, words in numbers.items() if words})}
+
+
+def _statement(result: Result) -> str:
+    return typeset(result.claim.statement)
 
 
 def _once(texts: dict[str, str]) -> dict[str, str]:
