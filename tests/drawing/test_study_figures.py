@@ -301,7 +301,7 @@ def test_trials_of_the_experiment_and_their_posteriors(monkeypatch):
         (levels, likelihood, "both free"),
         scales="log linear",
     )
-    assert noise.title == "d.||too few trials agree with speed free"
+    assert noise.title == "d.||speed free: too few agree"
 
 
 # --- comparison of integrators --------------------------------------------------------------------

@@ -140,7 +140,7 @@ def _draw_noise(axes, simulated):
     if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="upper right")
     if missing:
-        panels.remark(axes, f"too few trials agree with {', '.join(missing)}")
+        panels.remark(axes, f"{', '.join(missing)}: too few agree")
 
 
 def _edges(levels):
