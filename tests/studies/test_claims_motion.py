@@ -136,6 +136,9 @@ def test_only_runs_at_the_point_count_and_of_the_exact_ones_the_longest():
     longer = settled([500.0] * 8, u=15.0, duration=5e5)
     assert both("u15-aperiodic", survival_many=longer, **made) == (YES, NO)
     assert "within 500000" in measured("u15-aperiodic", EXACT, survival_many=longer, **made).note
+    made["survival_long"] = settled([500.0] * 8, u=15.0, duration=2e5)
+    assert "within 500000" in measured("u15-aperiodic", EXACT, survival_many=longer, **made).note
+    assert "within 200000" in measured("u15-aperiodic", EXACT, **made).note
 
 
 @pytest.mark.parametrize(

@@ -170,6 +170,16 @@ def test_whether_large_r_is_the_rule_beyond_the_transition(share, label, verdict
     assert grades("outliers", "robust", **runs)[""] == verdict
 
 
+def test_how_few_points_and_runs_tell_of_outliers():
+    """Three points of the row do, at places that are given; three runs from drawn starts do not."""
+    row = {"n5_rows": of_large_r((), "periodic", [20, 20.5, 21.5, 22])}
+    with pytest.raises(NotEnoughDataError, match=r"2 runs at 20.*, 3 are needed"):
+        measured("outliers", **row, **replicates())
+    runs = replicates() | {"n5_replicates": of_large_r((), "periodic", [18, 20.5, 21, 21.5, 28])}
+    with pytest.raises(NotEnoughDataError, match=r"3 runs at 20.*, 4 are needed"):
+        measured("outliers", EXACT, **runs)
+
+
 # --- u = 20 ---------------------------------------------------------------------------------------
 
 
@@ -207,6 +217,9 @@ def test_transients_need_runs_at_u20_of_twice_the_printed_length():
         measured("u20-transient", **escapes(9, 9, 0, 0, duration=7999.0))
     with pytest.raises(NotEnoughDataError, match="0 runs with belt_velocity = 20"):
         measured("u20-transient", **escapes(9, 9, 0, 0, u=20.5))
+    beside = {"n5_rows": scan_of_laws([19.5, 20.5], falling(), replicates=1)}
+    with pytest.raises(NotEnoughDataError, match="0 points of the row at u = 20"):
+        measured("u20-transient", **escapes(9, 9, 0, 0), **beside)
 
 
 def test_runs_on_one_orbit_are_told_from_chaotic_ones():

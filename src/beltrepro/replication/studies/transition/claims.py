@@ -22,7 +22,7 @@ from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
 LEAST_RUNS = 4
-LEAST_POINTS = 3  # of the row inside 20 < u < 22, in steps of 0.5 as in the paper
+LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in 20 < u < 22
 
 
 # --- Figs. 11 and 12: single belt velocities ------------------------------------------------------
@@ -50,10 +50,11 @@ def u20_transient(evidence):
 
 
 def _from_declared_start_too(evidence):
-    found = _transients(evidence, "lifetimes")
+    measurement = _transients(evidence, "lifetimes")
     row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
-    (disorder,) = row.disorder[row.between(20, 20)]
-    return replace(found, also={"r from the declared start": estimates.sure(disorder)})
+    disorder = row.disorder[row.between(20, 20)]
+    require(disorder.size == 1, f"{disorder.size} points of the row at u = 20, one is needed")
+    return replace(measurement, also={"r from the declared start": estimates.sure(disorder.item())})
 
 
 def _transients(evidence, name, **where):
@@ -183,7 +184,9 @@ def outliers(evidence):
 
 def _outlying_points(evidence):
     """The start is declared, so that chance has no part in them."""
-    large, regular, velocity = _of_large_r(evidence, evidence.claim.parameters["points"], "n5_rows")
+    large, regular, velocity = _of_large_r(
+        evidence, evidence.claim.parameters["points"], LEAST_POINTS, "n5_rows"
+    )
     where = ", ".join(f"{place:g}" for place in velocity[large])
     return Measurement(
         {
@@ -196,12 +199,14 @@ def _outlying_points(evidence):
 
 def _outlying_runs(evidence):
     ends = evidence.claim.parameters["runs"]
-    large, regular, _ = _of_large_r(evidence, ends, "n5_replicates", "n5_replicates_beyond")
+    large, regular, _ = _of_large_r(
+        evidence, ends, LEAST_RUNS, "n5_replicates", "n5_replicates_beyond"
+    )
     periodic = estimates.share_of(regular[large]) if large.any() else estimates.absent()
     return Measurement({"runs of large r": estimates.share_of(large), "periodic": periodic})
 
 
-def _of_large_r(evidence, ends, *scans):
+def _of_large_r(evidence, ends, least, *scans):
     """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
     rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
     require(len(rows), f"this preset has no {' and no '.join(scans)}")
@@ -211,8 +216,8 @@ def _of_large_r(evidence, ends, *scans):
         for name in ("disorder", "states", "belt_velocity")
     )
     require(
-        disorder.size >= LEAST_POINTS,
-        f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {LEAST_POINTS} are needed",
+        disorder.size >= least,
+        f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {least} are needed",
     )
     plateau = _plateaus(evidence, RUNS[SCHEME])["r_chaotic"]
     regular = np.isin(look, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
