@@ -2,7 +2,6 @@
 
 import ast
 import dataclasses
-import functools
 import importlib
 import inspect
 import operator
@@ -14,7 +13,6 @@ from numpydoc.docscrape import FunctionDoc
 from numpydoc.validate import validate
 
 import beltrepro
-import fingerprint
 
 # docstring, sections in order, parameters all there, in order, with types and descriptions, returns
 RULES = {"GL06", "GL07", "GL08", "PR01", "PR02", "PR03", "PR04", "PR07", "PR10", "RT01", "RT03"}
@@ -61,19 +59,6 @@ def test_nothing_else_has_such_sections():
                 if owner not in public and SECTION.search(ast.get_docstring(node) or ""):
                     wrong.append(f"{path.relative_to(package)}: {owner}, {node.name}")
     assert not wrong
-
-
-def test_no_argument_or_default_of_the_api_changes_unseen():
-    names = [name.split(".")[1:] for name in members()]
-    items = [functools.reduce(getattr, parts, beltrepro) for parts in names]
-    fingerprint.see([_signature(item) for item in items])
-
-
-def _signature(item):
-    try:
-        return str(inspect.signature(item))
-    except ValueError:  # an exception has none
-        return ""
 
 
 def test_every_name_can_be_imported_from_where_it_is_said_to_be():

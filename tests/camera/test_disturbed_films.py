@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-import fingerprint
 from beltrepro.base.errors import InputError
 from beltrepro.replication.camera import check_picture
 from beltrepro.replication.camera.camera import Movement
@@ -46,7 +45,6 @@ def judge(path, time, truth, **how):
         assert str(path) in str(refusal)
         assert "\n" not in str(refusal)
         return str(refusal)
-    fingerprint.see([tracked.time_s, tracked.x_m, tracked.error_m], within=1e-6)
     frame = np.abs(tracked.time_s[:, np.newaxis] - time).argmin(axis=1)
     np.testing.assert_allclose(tracked.time_s, time[frame], atol=1e-3)
     assert len(frame) > 0.7 * len(time)

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 
-import fingerprint
 from beltrepro import ChainParameters, Grid, classify, scan, simulate
 from beltrepro.base import store
 from beltrepro.cli import app as cli
@@ -223,10 +222,3 @@ def test_every_option_has_words_and_the_default_that_they_end_with():
                 assert kind(words[1]) == kind(str(option.default)), (name, option.dest)
                 compared += 1
     assert compared > 20
-
-
-def test_no_option_or_default_of_a_command_changes_unseen():
-    (commands,) = (action for action in cli.parser()._actions if action.choices)
-    for name, parser in sorted(commands.choices.items()):
-        fingerprint.see([name, *([vars(a)[part] for part in PARTS] for a in parser._actions)])
-    assert len(commands.choices) >= 12

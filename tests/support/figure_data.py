@@ -15,7 +15,6 @@ from matplotlib.text import Text
 from numpy.lib.recfunctions import append_fields
 
 import alternating
-import fingerprint
 import irregular
 import recorded
 from beltrepro.base.store import Dataset
@@ -508,5 +507,4 @@ def draw(figure, data):
     sizes = {text.get_text(): text.get_size() for text in made.findobj(Text) if text.get_text()}
     assert made.get_figwidth() * 2.54 == pytest.approx(8.6)
     assert min(sizes.values(), default=6) >= 6, sizes
-    fingerprint.see(made)
     return made

@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import fingerprint
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.every_claim import REGISTRY
-from beltrepro.replication.verdicts.criteria import QUESTIONS, judge, sentence
+from beltrepro.replication.verdicts.criteria import QUESTIONS, judge
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.replication.verdicts.ledger import load_ledger
 from beltrepro.stats import estimates
@@ -54,7 +53,6 @@ def measured(name, reading=None, /, settings=SETTINGS, **datasets):
     """Measurement of a claim, in the first reading or another one."""
     functions = readings(name, datasets, settings)
     measurement = functions[reading if reading is not None else next(iter(functions))]()
-    fingerprint.see([measurement.judged, measurement.also, measurement.note])
     return measurement
 
 
@@ -62,10 +60,7 @@ def judgement(name, question="replicated", /, settings=SETTINGS, **datasets):
     """What the criterion of a question makes of its reading: verdict, and that of each number."""
     criterion = LEDGER[name].criteria[question]
     measurement = measured(name, criterion.reading or None, settings=settings, **datasets)
-    answer = judge(criterion, measurement)
-    words = sentence(criterion.found, measurement.numbers)
-    fingerprint.see([answer.verdict, answer.components, answer.reason, words])
-    return answer
+    return judge(criterion, measurement)
 
 
 def grades(name, question="replicated", /, settings=SETTINGS, **datasets):
