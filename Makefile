@@ -19,8 +19,8 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test test-pythons lint docs verify checksums publish archive deposit interruptions schema cache env \
-        slurm slurmtest lock clean help
+.PHONY: figures smoke paper test lint docs verify checksums publish archive interruptions schema cache bench env slurm lock clean \
+        help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
@@ -56,20 +56,9 @@ publish: env  ## report, article, figures and claims of a finished run to docs/r
 	$(BIN)/beltrepro publish results/$(RUN)
 	$(BIN)/beltrepro verify results/$(RUN) --write
 
-archive: env  ## one ZIP file of a finished run for a data repository; RUN=standard
-	$(SNAKEMAKE) archive --config preset=$(RUN) $(ARGS)
-
-deposit: env  ## make and check the crate of a run, and check CITATION.cff; RUN=standard
-	$(SNAKEMAKE) crate --config preset=$(RUN) $(ARGS)
-	$(PYTHON) -m venv .venv-deposit
-	$(LOCKED_SETUPTOOLS) | .venv-deposit/bin/python -m pip install --quiet $(WHEELS) -r /dev/stdin
-	.venv-deposit/bin/python -m pip install --quiet $(WHEELS) --no-binary docopt --no-build-isolation \
-	  -r requirements-deposit.txt
-	.venv-deposit/bin/cffconvert --validate
-	.venv-deposit/bin/python tests/support/validating.py results/$(RUN)
-
-test-pythons: env  ## a quick subset of the tests with Python 3.11, 3.12 and 3.13
-	$(BIN)/python tests/support/pythons.py $(ARGS)
+archive:  ## sources of HEAD and a finished run in one ZIP file for a data repository; RUN=standard
+	git archive --output=results/beltrepro-$(RUN).zip HEAD
+	zip --quiet --recurse-paths results/beltrepro-$(RUN).zip results/$(RUN) --exclude '*/batches/*' '*/logs/*'
 
 interruptions: env  ## kill the smoke workflow 20 times and compare the bits: half an hour
 	$(BIN)/python tests/support/interruptions.py $(ARGS)
@@ -79,6 +68,9 @@ schema: env  ## the schema of config.yaml for editors, from the code
 
 cache: env  ## compile the integrators now, not in the first runs
 	$(BIN)/beltrepro cache
+
+bench: env  ## the speed of the integrators beside a plain loop in C: a minute
+	$(BIN)/python benchmarks/bench.py $(ARGS)
 
 env: $(STAMP)  ## .venv, from requirements.txt
 
@@ -95,19 +87,15 @@ slurm: env  ## what Snakemake needs besides to send jobs to Slurm (docs/cluster.
 	$(PIP) $(WHEELS) --no-deps -r requirements-slurm.txt
 	$(BIN)/python -m pip check --disable-pip-version-check
 
-slurmtest: slurm  ## the workflow through a Slurm on this machine, with jobs killed (needs root)
-	$(IN_ENV) python tests/slurm/prove.py $(ARGS)
-
 LOCK := uv --no-config pip compile --quiet --universal --python-version 3.11 --generate-hashes \
         --no-emit-index-url --custom-compile-command "make lock" --upgrade
 
 lock:  ## pin anew into requirements*.txt (needs uv on the PATH)
 	$(LOCK) --all-extras pyproject.toml requirements.in -o requirements.txt
 	$(LOCK) --no-deps requirements-slurm.in -o requirements-slurm.txt
-	$(LOCK) requirements-deposit.in -o requirements-deposit.txt
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
-	rm -rf .venv .venv-deposit .pytest_cache .ruff_cache .mypy_cache .import_linter_cache build dist results/smoke \
+	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache build dist results/smoke \
 	  docs/made docs/reference/api
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 

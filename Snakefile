@@ -32,8 +32,6 @@ include: "workflow/rules/experiment.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/timing.smk"
-include: "workflow/rules/deposit.smk"
 
 
 refuse_unknown_targets()

@@ -45,7 +45,8 @@ def __getattr__(name: str) -> object:
     if name == "__version__":
         return _import_module("importlib.metadata").version("beltrepro")
     if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        about = _import_module("beltrepro.base.names").left(name)
+        raise AttributeError(about or f"module {__name__!r} has no attribute {name!r}")
     return getattr(_import_module(f"beltrepro.{_HOMES[name]}"), name)
 
 

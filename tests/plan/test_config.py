@@ -75,7 +75,7 @@ def test_every_key_of_the_schema_is_described_and_no_other_allowed():
                 words = "description" in entry or "$ref" in entry or limit_of_a_range
                 assert words or name == "Methods", (name, key)
     assert set(parts["Dataset"]["properties"]) == {
-        *("kind", "like", "own_method", "points_per_job", "more_runs"),
+        *("kind", "like", "own_method", "points_per_job", "also"),
         *QUANTITIES,
         *SETTINGS,
     }

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import small_plans
+from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
 from beltrepro.model.units import TIME_S, VELOCITY_M_S
 from beltrepro.replication.plan.config import load_config
@@ -129,7 +130,7 @@ def test_columns_and_plain_values_keep_the_points():
 
 def test_batches_hold_every_point_once_in_order(plan):
     for dataset in plan.datasets.values():
-        batches = [batch.points for batch in dataset.batches.values() if not batch.looks_at]
+        batches = [*dataset.batches.values()]
         assert sum(batches, ()) == dataset.points
         assert all(len(batch) <= dataset.points_per_job for batch in batches)
         for batch in batches:
@@ -139,16 +140,17 @@ def test_batches_hold_every_point_once_in_order(plan):
 def test_batches_are_cut_where_noise_or_method_change():
     methods = {"without_noise": "verlet", "with_noise": "event"}
     dataset = single(noise=[0, 1], method=methods, replicate={"count": 7}, points_per_job=3)
-    batches = [batch.points for batch in dataset.batches.values()]
+    batches = [*dataset.batches.values()]
     assert [len(batch) for batch in batches] == [3, 3, 1, 3, 3, 1]
     assert [batch[0].method for batch in batches] == ["verlet"] * 3 + ["event"] * 3
 
 
-def test_work_counts_steps_of_verlet_only():
-    steps = {"time_step": [0.001, 0.0005], "n_blocks": [2, 5], "method": "verlet"}
-    assert single(**steps).work(single(**steps).points) == 100 * (2 + 4 + 5 + 10)
-    exact = single(**steps | {"method": "event"})
-    assert exact.work(exact.points) == 100 * (2 + 2 + 5 + 5)
+def test_further_points_follow_those_of_the_axes():
+    more = {"belt_velocity": 2, "replicate": {"start": 2, "stop": 3, "step": 1}}
+    points = single(belt_velocity=[1, 2], replicate=1, also=more).points
+    assert [(p.belt_velocity, p.replicate) for p in points] == [(1, 1), (2, 1), (2, 2), (2, 3)]
+    with pytest.raises(InputError, match="also: gives points that the dataset has without it"):
+        single(belt_velocity=[1, 2], replicate=1, also={"belt_velocity": 2})
 
 
 @pytest.mark.thorough
@@ -163,7 +165,7 @@ def test_what_is_told_is_plain_and_all_that_the_job_needs(plan):
         last = [*dataset.batches][-1]
         spec = plan.batch_spec(name, last)
         assert json.loads(json.dumps(spec)) == spec
-        assert tuple(points_of(spec["points"])) == dataset.batches[last].points
+        assert tuple(points_of(spec["points"])) == dataset.batches[last]
         assert spec["settings"].keys() == set(dataset.kind.settings)
 
 

@@ -10,7 +10,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,13 +19,11 @@ import pytest
 
 import damages
 import snakemake_calls
-import unpacking
 from beltrepro.base import progress, store
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import lifecycle, manifest, registry, scripting
 from beltrepro.replication.plan.config import load_config
-from beltrepro.replication.plan.jobs import simulation_jobs
 from beltrepro.replication.plan.plan import Plan, make_plan
 from beltrepro.replication.plan.points import columns
 from beltrepro.replication.plan.workflow import Workflow
@@ -35,7 +32,7 @@ ROOT = Path(__file__).parents[2]
 CONFIG = load_config(ROOT / "config.yaml")
 FIGURES = registry.figures()
 TABLES = registry.tables()
-OTHER_TARGETS = ("agreement", "claims", "report", "timing", "crate", "archive")
+OTHER_TARGETS = ("agreement", "claims", "report")
 RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
 
 
@@ -84,8 +81,8 @@ def tree(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def summary(tree):
-    """What Snakemake knows of each file of a run and of its timing: values by column."""
-    rows = snakemake(tree, "--summary", "all", "timing").stdout.splitlines()
+    """What Snakemake knows of each file of a run: values by column."""
+    rows = snakemake(tree, "--summary", "all").stdout.splitlines()
     header, *others = (row.split("\t") for row in rows if "\t" in row)
     return [dict(zip(header, row, strict=True)) for row in others]
 
@@ -93,12 +90,11 @@ def summary(tree):
 @pytest.fixture(scope="module")
 def finished(tree, summary):
     """The same, as after a complete run: every file is there (but empty) and known to Snakemake."""
-    benchmark = "results/smoke/benchmarks/timing.tsv"  # Snakemake wants that of a target, too
-    for name in (*(row["output_file"] for row in summary), benchmark):
-        path = tree / name
+    for row in summary:
+        path = tree / row["output_file"]
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
-    done = snakemake(tree, "--touch", "--forceall", "--cores", "1", "all", "timing")
+    done = snakemake(tree, "--touch", "--forceall", "--cores", "1", "all")
     assert done.returncode == 0, done.stderr
     return tree
 
@@ -136,13 +132,6 @@ def test_preset_paper_dry_runs(tree):
 
 
 @pytest.mark.thorough
-def test_timing_knows_the_files_of_all_simulation_jobs(summary):
-    files = {row["output_file"] for row in summary if row["rule"] == "simulate"}
-    expected = simulation_jobs(smoke_plan())
-    assert files == {f"results/smoke/{job.name}.h5" for job in expected}
-
-
-@pytest.mark.thorough
 def test_figures_need_their_datasets_tables_and_films_only(tree):
     """One of scans, a study with its table, and a recording that is filmed and tracked."""
     datasets = smoke_plan().datasets
@@ -173,38 +162,20 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 12
-
-
-def test_a_batch_asks_for_twice_its_time_and_for_more_when_it_is_sent_again():
-    dearest = 1.5e-6  # s for a block and a unit of time, measured of verlet with noise
-    flow = Workflow(CONFIG | {"preset": "paper"})
-    asked = []
-    for name, dataset in flow.plan.datasets.items():
-        for batch in dataset.batches.values():
-            job = SimpleNamespace(dataset=name, batch=batch.name)
-            first, second = (flow.minutes_of_batch(job, attempt) for attempt in (1, 2))
-            assert 60 * first > 2 * dearest * dataset.work(batch.most)
-            assert second == 2 * first
-            asked.append(first)
-    assert 10 <= min(asked) < 12 and 60 < max(asked) < 120  # as docs/cluster.md says
+    assert count == 8
 
 
 def test_code_behind_a_batch_is_that_of_the_integrators_and_kicks_of_its_points(monkeypatch):
     flow, tried = Workflow(CONFIG | {"preset": "paper"}), set()
     monkeypatch.setattr(flow, "code", lambda *called, choices: (*called, choices))
     for name, dataset in flow.plan.datasets.items():
-        for batch in dataset.batches.values():
-            choices = {point.method for point in batch.points}
-            choices |= {"kicked"} if any(point.kick for point in batch.points) else set()
-            script, record, *rule, chosen = flow.code_of_batch(
-                SimpleNamespace(dataset=name, batch=batch.name)
-            )
-            assert (record, chosen) == (dataset.kind.record, tuple(sorted(choices)))
-            adds = ["beltrepro.replication.plan.more_runs:wanted"] * bool(batch.looks_at)
-            assert (script, rule) == ("add_runs.py" if adds else "simulate.py", adds)
-            tried |= {chosen, script}
-    assert {("event",), ("verlet",), ("event", "kicked"), "add_runs.py"} <= tried
+        for batch, points in dataset.batches.items():
+            choices = {point.method for point in points}
+            choices |= {"kicked"} if any(point.kick for point in points) else set()
+            called = flow.code_of_batch(SimpleNamespace(dataset=name, batch=batch))
+            assert called == ("simulate.py", dataset.kind.record, tuple(sorted(choices)))
+            tried.add(called[-1])
+    assert {("event",), ("verlet",), ("event", "kicked")} <= tried
 
 
 @pytest.mark.slow
@@ -254,7 +225,12 @@ def test_an_edited_kernel_reruns_the_batches_by_it(finished):
     plan = smoke_plan()
     assert jobs(dry_run)["film"] == jobs(dry_run)["track"] == len(plan.films)
     assert not drawn(dry_run) & {"fig01", "fig06", "fig11"} and len(drawn(dry_run)) > 20
-    by_event = {job.name for job in simulation_jobs(plan) if job.method == "event"}
+    by_event = {
+        f"batches/{name}/{batch}"
+        for name, dataset in plan.datasets.items()
+        for batch, points in dataset.batches.items()
+        if points[0].method == "event"
+    }
     # by verlet, but what says how long their motion is irregular can also follow `event`
     settling = {"batches/steps/0000", "batches/survival_scheme/0000"}
     assert simulated(dry_run) == by_event | settling
@@ -264,9 +240,8 @@ TABLE = "critical_velocities"
 HOUSEKEEPING = (
     *("cli/app.py:main", "base/store.py:read", "base/atomic.py:replacing"),
     *("base/provenance.py:origin", "simulation/run_file.py:load_run"),
-    *("simulation/checkpoints.py:keeping", "replication/plan/lifecycle.py:begin"),
-    *("replication/plan/plan.py:make_plan", "replication/plan/config.py:schema"),
-    "replication/plan/kinds.py:attributes",
+    *("replication/plan/lifecycle.py:begin", "replication/plan/plan.py:make_plan"),
+    *("replication/plan/config.py:schema", "replication/plan/kinds.py:attributes"),
 )
 
 
@@ -284,13 +259,13 @@ HOUSEKEEPING = (
             {name for name, figure in FIGURES.items() if TABLE in figure.uses} | {"fig12"},
         ),
         (
-            ["replication/camera/camera.py:film", "replication/plan/jobs.py:estimate"],
-            {"film", "track", "derive", "draw", "claims", "report", "timing"},
+            ["replication/camera/camera.py:film"],
+            {"film", "track", "derive", "draw", "claims", "report"},
             {"fig02", "fig03", "fig04", "fig05"},
         ),
         (
-            ["claims.py:claims", "track.py:place", "timing.py:main"],
-            {"track", "derive", "draw", "claims", "report", "timing"},
+            ["claims.py:claims", "track.py:place"],
+            {"track", "derive", "draw", "claims", "report"},
             {"fig03", "fig04", "fig05"},
         ),
         (["join.py:join"], {"join", "film", "track", "derive", "draw", "claims", "report"}, None),
@@ -299,7 +274,7 @@ HOUSEKEEPING = (
     ],
 )
 def test_an_edit_reruns_what_uses_it_and_no_simulation(finished, places, rules, figures):
-    dry_run = after_editing(finished, *places, targets=("all", "timing"))
+    dry_run = after_editing(finished, *places)
     assert set(jobs(dry_run)) - {"all"} == rules
     assert figures is None or drawn(dry_run) == figures
 
@@ -311,7 +286,7 @@ def test_touched_file_without_a_change_reruns_nothing(finished):
         for path in (finished / folder).rglob("*.*"):
             path.touch()
     (finished / "config.yaml").touch()
-    assert jobs(snakemake(finished, "--dry-run", "all", "timing")) == {}
+    assert jobs(snakemake(finished, "--dry-run", "all")) == {}
 
 
 @pytest.mark.thorough
@@ -332,41 +307,6 @@ def test_what_is_deleted_by_hand_is_made_again(finished, name, rule):
         assert count[rule] == 1 and "simulate" not in count
     finally:
         (finished / "gone").rename(path)
-
-
-# --- datasets that came with an archive ---
-
-
-@pytest.mark.thorough
-def test_datasets_of_an_archive_are_never_simulated(tree):
-    """They need no batches, no age and no memory of Snakemake; a missing one is made as usual."""
-    settings = ["preset=smoke", "run=came"]
-    folder = tree / "results" / "came" / "datasets"
-    folder.mkdir(parents=True)
-    names = smoke_plan().datasets
-    for name in names:
-        (folder / f"{name}.h5").touch()
-    listed = [f"{'0' * 64}  results/came/datasets/{name}.h5\n" for name in names]
-    (tree / manifest.NAME).write_text("".join(listed))
-    (folder / "u20.h5").unlink()
-    try:
-        assert jobs(snakemake(tree, "--dry-run", settings=settings)) == {
-            "simulate": len(names["u20"].batches),
-            "join": 1,
-            "film": len(smoke_plan().films),
-            "track": len(smoke_plan().films),
-            "derive": len(TABLES),
-            "draw": len(FIGURES),
-            "claims": 1,
-            "report": 1,
-            "all": 1,
-        }
-        target = "results/other/datasets/u1.h5"
-        count = jobs(snakemake(tree, "--dry-run", target, settings=["preset=smoke", "run=other"]))
-        assert (count["simulate"], count["join"]) == (len(names["u1"].batches), 1)
-    finally:
-        (tree / manifest.NAME).unlink()
-        shutil.rmtree(folder)
 
 
 # --- two at once ---
@@ -394,7 +334,7 @@ def test_a_second_run_is_refused_in_one_line(tree):
 
 
 NEGATIVE = 'presets={"smoke": {"datasets": {"n5_map": {"belt_velocity": -3}}}}'
-MISSPELT = 'presets={"smoke": {"datasets": {"n5_u7": {"more_runs": {"halfwidth": 1}}}}}'
+MISSPELT = 'presets={"smoke": {"datasets": {"n5_u7": {"also": {"belt_velosity": 1}}}}}'
 
 
 def wrong_calls():
@@ -402,10 +342,9 @@ def wrong_calls():
     smoke = "preset=smoke"
     yield pytest.param([], [smoke, NEGATIVE], "must be greater than 0")
     for case in (
-        ([], [smoke, MISSPELT], "did you mean 'half_width'?"),
+        ([], [smoke, MISSPELT], "did you mean 'belt_velocity'?"),
         (["fig2"], [smoke], "did you mean 'fig22'?"),
         (["results/smoke/batches/u1/9999.h5"], [smoke], "u1/9999.h5': allowed are files"),
-        (["results/smoke/batches/u1/round1_0000.h5"], [smoke], "allowed are files of this run"),
         (["--forcerun", "simulat"], [smoke], "did you mean 'simulate'?"),
         ([], [smoke, "fig12"], "targets stand before --config"),
         (["--profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
@@ -513,67 +452,6 @@ def test_time_left_in_words(seconds, text):
     assert progress._duration(seconds) == text
 
 
-# --- runs that are added ---
-
-
-@pytest.mark.thorough
-def test_runs_are_added_in_jobs_that_are_planned(tree):
-    rule = {"by": 4, "up_to": 13, "of": "disorder_parameter", "half_width": 0.01}
-    dataset = {"belt_velocity": [6, 14, 18, 33], "noise": [0, 1], "points_per_job": 6}
-    dataset |= {"replicate": {"start": 1, "stop": 5, "step": 1}, "more_runs": rule}
-    presets = {"smoke": {"datasets": {"n5_u7": dataset | {"duration": 400, "transient": 100}}}}
-    settings = ["preset=smoke", "run=added", f"presets={json.dumps(presets)}"]
-    dry_run = snakemake(tree, "--dry-run", "results/added/datasets/n5_u7.h5", settings=settings)
-    # in two rounds; a row with noise and one without
-    assert jobs(dry_run) == {"simulate": 8, "add_runs": 4, "join": 1}
-
-
-def with_replicates(run, last, **more):
-    """A target and the settings of a run with few short replicates, numbered from 1 to the last."""
-    dataset = {"belt_velocity": [6, 14, 18, 33], "noise": [1], "points_per_job": 6}
-    dataset |= {"replicate": {"start": 1, "stop": last, "step": 1}, "duration": 400} | more
-    dataset |= {"transient": 100, "initial_spread": 1}
-    presets = {"smoke": {"datasets": {"n5_u7": dataset}}}
-    settings = ["preset=smoke", f"run={run}", f"presets={json.dumps(presets)}"]
-    return f"results/{run}/datasets/n5_u7.h5", settings
-
-
-@pytest.mark.slow
-def test_a_run_killed_between_two_rounds_goes_on_with_the_same_bits(tree):
-    rule = {"by": 4, "up_to": 12, "of": "disorder_parameter", "half_width": 1e-9}
-    target, settings = with_replicates("killed", 4, more_runs=rule)
-    batches = tree / "results/killed/batches/n5_u7"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "snakemake", "--cores", "1", target, "--config", *settings],
-        cwd=tree,
-        env=os.environ | {"PYTHONPATH": str(tree / "src")},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    while process.poll() is None and not (batches / "round1_0000.h5").exists():
-        time.sleep(0.1)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    assert not (batches / "round2_0000.h5").exists()
-    before = {path: path.stat().st_mtime_ns for path in batches.glob("[0-9]*.h5")}
-    assert len(before) == 3
-    done = snakemake(tree, "--cores", "1", target, settings=settings)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert before == {path: path.stat().st_mtime_ns for path in before}
-    other, settings = with_replicates("planned", 12)
-    done = snakemake(tree, "--cores", "1", other, settings=settings)
-    assert done.returncode == 0, done.stdout + done.stderr
-    added, planned = (store.read(tree / path).arrays for path in (target, other))
-    places, first = np.unique(added["belt_velocity"][:16]), np.arange(1, 5)
-    expected = [(place, run) for round in (0, 4, 8) for place in places for run in first + round]
-    result = zip(added["belt_velocity"], added["replicate"], strict=True)
-    assert [*result] == expected
-    order = np.lexsort([added["replicate"], added["belt_velocity"]])
-    for name, values in planned.items():
-        np.testing.assert_array_equal(added[name][order], values, err_msg=name)
-
-
 # --- the whole, slow ---
 
 
@@ -625,27 +503,6 @@ def test_smoke_datasets_hold_their_points_in_order_and_say_what_they_are(smoke):
                 said = dict(array.attrs)
                 assert said["unit"] and said["description"], (path, array_name)
                 assert len(said["dimensions"].split(", ")) == array.ndim, (path, array_name)
-
-
-@pytest.mark.slow
-def test_an_archive_of_smoke_is_drawn_again_without_a_simulation(tree, smoke, tmp_path):
-    project = tmp_path / "project"
-    shutil.copytree(tree, project)
-    for name in ("CITATION.cff", "README.md", "pyproject.toml"):
-        shutil.copy(ROOT / name, project)
-    chosen = ["git", "-c", "user.name=someone", "-c", "user.email=someone@example.org"]
-    for arguments in (
-        ["init", "-q"],
-        ["add", "src", "workflow", "profiles", "Snakefile", "config.yaml"],
-        ["add", "CITATION.cff", "README.md"],
-        ["commit", "-qm", "First"],
-    ):
-        subprocess.run([*chosen, *arguments], cwd=project, check=True)
-    done = snakemake(project, "--cores", "2", "archive", "all", "--forcerun", "draw")
-    assert done.returncode == 0, done.stdout + done.stderr
-    result = unpacking.main(project / "results" / "smoke" / "beltrepro-smoke.zip")
-    assert result.jobs == {"simulate": 0, "join": 0, "draw": len(FIGURES)}
-    assert (result.other, len(result.same_bits)) == ([], 2 * len(FIGURES))
 
 
 @pytest.mark.slow

@@ -151,12 +151,6 @@ def test_statements_that_are_replicated_and_not_robust_are_counted(tmp_path):
     assert article.facts(results, SETTINGS, ORIGIN)["open"] == "1"
 
 
-def test_runs_that_were_added_are_counted():
-    deciding = SETTINGS["datasets"]["n5_replicates"] | {"more_runs": {"up_to": 24}}
-    about = article.facts(read(PUBLISHED), {"datasets": {"n5_replicates": deciding}}, ORIGIN)
-    assert about["replicates"] == "11 to 24"
-
-
 def test_title_authors_no_date_and_tags_for_screen_readers(path):
     reader = pypdf.PdfReader(path)
     assert reader.metadata["/Title"] == "[Re] Chaos on the conveyor belt"

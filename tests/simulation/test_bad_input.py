@@ -305,7 +305,7 @@ GIVEN |= {"film": RUNS | {"output": "film.mp4"}, "track": {"output": "track.csv"
 FILES = {"track": ["film.mp4"], "analyse": ["track.csv"], "plot": ["run.h5"]}
 FILES |= {"verify": ["results"], "publish": ["results"]}
 # Commands whose numbers are checked before a file is read, and are all 0 or greater.
-NUMERIC = ("simulate", "scan", "classify", "branch", "watch", "bench")
+NUMERIC = ("simulate", "scan", "classify", "branch", "watch")
 
 
 def options(command: str) -> dict[str, argparse.Action]:

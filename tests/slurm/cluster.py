@@ -21,7 +21,7 @@ PROGRAMS = ("slurmctld", "slurmd", "slurmstepd", "sbatch", "srun", "squeue", "sc
 PROGRAMS += ("munged",)
 SECONDS_TO_START = 60
 
-MARK = "BELTREPRO_PROOF"  # in the environment of all that belongs to a cluster
+MARK = "BELTREPRO_CLUSTER"  # in the environment of all that belongs to a cluster
 
 # Jobs of Snakemake drop all variables of Slurm before they call srun, also the place of its
 # configuration: so srun is this.
@@ -31,7 +31,7 @@ SLURM_CONF={folder}/slurm.conf exec {srun} "$@"
 """
 
 SLURM_CONF = """\
-ClusterName=proof
+ClusterName=test
 SlurmctldHost={host}(127.0.0.1)
 SlurmctldPort={control_port}
 SlurmdPort={node_port}
@@ -60,7 +60,7 @@ MinJobAge=86400
 SchedulerParameters=sched_interval=2
 SlurmdParameters=config_overrides
 NodeName={host} NodeAddr=127.0.0.1 CPUs={slots} RealMemory={memory} State=UNKNOWN
-PartitionName=proof Nodes={host} Default=YES MaxTime=INFINITE State=UP
+PartitionName=test Nodes={host} Default=YES MaxTime=INFINITE State=UP
 """
 
 
@@ -77,14 +77,12 @@ def missing():
 class Cluster:
     """Slurm with one node of this many job slots; the memory of a job is not enforced.
 
-    `environment` is what a process needs to send jobs. The daemons run at `niceness`, and so do
-    their jobs.
+    `environment` is what a process needs to send jobs.
     """
 
-    def __init__(self, folder, slots=4, niceness=0):
+    def __init__(self, folder, slots=4):
         self.folder = Path(folder)
         self.slots = slots
-        self.niceness = niceness
         self.environment = os.environ | {
             "SLURM_CONF": str(self.folder / "slurm.conf"),
             "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}",
@@ -112,7 +110,7 @@ class Cluster:
             options = [f"--{name}={self.folder / 'munge' / file}" for name, file in files.items()]
             self._start("munged", "--foreground", "--force", *options)
             self._start("slurmctld", "-D")
-            self.start_node()
+            self._start("slurmd", "-D")
             self.wait_until_idle()
         except BaseException:
             self.__exit__()
@@ -125,19 +123,6 @@ class Cluster:
         for name in ("slurmd", "slurmctld", "munged"):
             self._end(name, signal.SIGTERM)
         self.kill_jobs()
-
-    def start_node(self):
-        self._start("slurmd", "-D")
-
-    def kill_node(self):
-        """The node falls over: its daemon and all its jobs are gone at once."""
-        self._end("slurmd", signal.SIGKILL)
-        self.kill_jobs()
-
-    def restart_daemon(self):
-        """The daemon of the node dies and comes back; its jobs go on."""
-        self._end("slurmd", signal.SIGKILL)
-        self.start_node()
 
     def kill_jobs(self):
         """Kill all that runs on the node."""
@@ -162,14 +147,6 @@ class Cluster:
         how = {"env": self.environment, "timeout": timeout, "text": True}
         return subprocess.check_output(command, stderr=subprocess.PIPE, **how)
 
-    def running(self):
-        """Numbers of the jobs that run."""
-        return self.ask("squeue", "--noheader", "--states=RUNNING", "--format=%i").split()
-
-    def jobs_so_far(self):
-        """How many jobs were sent; MinJobAge keeps them in the list."""
-        return len(self.ask("squeue", "--noheader", "--states=all", "--format=%i").split())
-
     def wait_until_idle(self):
         end = time.monotonic() + SECONDS_TO_START
         while time.monotonic() < end:
@@ -183,8 +160,7 @@ class Cluster:
     def _start(self, name, *options):
         with (self.folder / f"{name}.out").open("ab") as out:
             how = {"env": self.environment, "stdout": out, "stderr": subprocess.STDOUT}
-            command = ["nice", "-n", str(self.niceness), name, *options]
-            self._daemons[name] = subprocess.Popen(command, **how, start_new_session=True)
+            self._daemons[name] = subprocess.Popen([name, *options], **how, start_new_session=True)
 
     def _end(self, name, how):
         daemon = self._daemons.pop(name, None)

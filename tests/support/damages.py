@@ -3,7 +3,7 @@
     python tests/support/damages.py results/smoke
 
 First by the readers of datasets, tables and figures, which know what each must say of itself; then
-by the list of the run, which publishing, archive and crate ask about files of all kinds. Works on
+by the list of the run, which publishing asks about files of all kinds. Works on
 copies: the results stay as they are.
 """
 
@@ -263,7 +263,7 @@ def run(results: Path, flow: Workflow) -> tuple[Counter, list[str]]:
             if not whole.exists():  # of a run of some targets
                 continue
             alike = sorted(whole.parent.glob(f"*{whole.suffix}"))
-            other = next((path for path in alike if path != whole and path.stem != "timing"), None)
+            other = next((path for path in alike if path != whole), None)
             path = Path(folder, whole.name)
             for damage in (None, *damages(number)):
                 if damage is swapped and other is None:

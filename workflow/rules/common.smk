@@ -8,7 +8,7 @@ from snakemake.logging import logger
 
 from beltrepro.base import provenance
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import lifecycle, slurm, snakemake_call
+from beltrepro.replication.plan import lifecycle, snakemake_call
 from beltrepro.replication.plan.failures import Failures
 from beltrepro.replication.plan.workflow import Workflow
 
@@ -57,9 +57,6 @@ if workflow.is_main_process:
 def begin():
     """Before the first job: take the folder of results, and end at once when told to."""
     try:
-        if workflow.executor_plugin.name == "slurm":
-            resources = {job.rule.name: job.resources for job in workflow.dag.needrun_jobs()}
-            slurm.prepare(workflow.executor_settings, resources.values())
         lifecycle.begin(FLOW.results, WAS_LOCKED)
     except InputError as error:
         sys.exit(f"error: {error}")

@@ -18,6 +18,16 @@ SYMBOLS = {"N": "n_blocks", "u": "belt_velocity", "sigma": "noise", "dt": "time_
            "m": "mass", "k": "stiffness", "v_w": "weakening_velocity", "eta": "viscosity",
            "t": "duration"}  # fmt: skip
 
+# What left in version 2.0, and what does the same.
+LEFT = {
+    "bench": "`make bench` measures the integrators",
+}
+
+
+def left(name: str) -> str:
+    """A line about a name that was public before version 2.0; empty if it was none."""
+    return f"{name} left in version 2.0: {LEFT[name]}; see CHANGELOG.md" if name in LEFT else ""
+
 
 def hint(word: str, names: Iterable[str]) -> str:
     """What may be meant by a name, as the end of a line about it."""
@@ -71,7 +81,7 @@ def _wrong(
     for unknown in kwargs:
         if unknown not in accepted:
             meant = hint(unknown, accepted) or f": allowed are {', '.join(accepted)}"
-            return InputError(f"{name} has no argument {unknown!r}{meant}")
+            return InputError(left(unknown) or f"{name} has no argument {unknown!r}{meant}")
     try:
         signature.bind(*args, **kwargs)
     except TypeError as error:

@@ -20,7 +20,6 @@ from beltrepro.model.scheme_error import equivalent_kick
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipOrder
-from beltrepro.simulation import checkpoints
 from beltrepro.simulation.groups import Report, check_progress, in_groups, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import for_moments
@@ -112,18 +111,12 @@ def time_to_orbit(
     made = setup_of(chains, setup, kicks=True)
     runs = [_Run(case, case.state.time) for case in made.cases]
     in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
-    with checkpoints.step() as step:
-        passed, runs = step.kept or (0.0, runs)
-        for begin, end in _windows(duration):
-            if end <= passed:
-                continue
-            left = [run for run in runs if not run.settled]
-            share = _part(progress, begin / duration, end / duration)
-            if left:
-                work = partial(_pass_window, left, end - begin, closed)
-                in_groups([run.case for run in left], work, share, workers=made.workers)
-            if step.due:
-                step.keep((end, runs))
+    for begin, end in _windows(duration):
+        left = [run for run in runs if not run.settled]
+        share = _part(progress, begin / duration, end / duration)
+        if left:
+            work = partial(_pass_window, left, end - begin, closed)
+            in_groups([run.case for run in left], work, share, workers=made.workers)
     if progress is not None:
         progress(1.0)
     width = 2 * max(case.parameters.n_blocks for case in made.cases)

@@ -8,7 +8,6 @@ from beltrepro.base.errors import InputError
 from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.simulation import checkpoints
 from beltrepro.simulation.setup import Case
 
 METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
@@ -57,21 +56,12 @@ def grow(
     """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals."""
     begin, count = chains.time, max(1, round(length / INTERVAL))
     growth: list[np.ndarray] = []
-    with checkpoints.step() as step:
-        if step.kept is not None:
-            states, deviations, growth, seen = step.kept
-            chains.reinit(states)
-            chains.restore(deviations)
-            checkpoints.restore(observers, seen)
-        for number in range(len(growth) + 1, count + 1):
-            for chunk in chains.advance(begin + number * length / count):
-                for observer in observers:
-                    observer.observe(chunk)
-            growth.append(_orthonormalise(chains))
-            report(number / count)
-            if step.due:
-                step.keep((chains.state(), chains.kept(), growth, observers))
-        step.end(lambda: (chains.state(), chains.kept(), growth, observers))
+    for number in range(1, count + 1):
+        for chunk in chains.advance(begin + number * length / count):
+            for observer in observers:
+                observer.observe(chunk)
+        growth.append(_orthonormalise(chains))
+        report(number / count)
     return np.stack(growth, axis=1) * (count / length)
 
 

@@ -12,7 +12,7 @@ from beltrepro.cli.options import Parser
 
 # modules, in the order of the help
 COMMANDS = (
-    *("simulate", "scan", "plot", "classify", "branch", "watch", "bench", "film", "track"),
+    *("simulate", "scan", "plot", "classify", "branch", "watch", "film", "track"),
     *("analyse", "verify", "claims", "cache", "publish"),
 )
 

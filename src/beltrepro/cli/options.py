@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 from beltrepro import ChainParameters
 from beltrepro.base.checks import shown, spaced
 from beltrepro.base.errors import InputError
-from beltrepro.base.names import hint
+from beltrepro.base.names import hint, left
 from beltrepro.base.progress import Progress
 
 CHAIN = tuple(parameter.name for parameter in fields(ChainParameters))
@@ -55,6 +55,8 @@ class Parser(argparse.ArgumentParser):
             name = word.partition("=")[0]
             if name.startswith("--") and name not in self._option_string_actions:
                 self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
+        if self._subparsers is not None and args and left(args[0]):
+            self.error(left(args[0]))
         options, unknown = super().parse_known_args(args, namespace)
         if unknown:
             self.error(f"{unknown[0]}: not understood, options are given as --NAME VALUE")

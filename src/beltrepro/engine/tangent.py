@@ -273,19 +273,6 @@ class TangentIntegrator(EventIntegrator):
         if self._noisy:
             now.delay[...] = columns[:, -1]
 
-    def kept(self) -> list[np.ndarray]:
-        """All that the deviations need to go on with the same bits, beside the states."""
-        return [values.copy() for values in self._variables()]
-
-    def restore(self, kept: list[np.ndarray]) -> None:
-        """Go on with the deviations that `kept` gave."""
-        for values, before in zip(self._variables(), kept, strict=True):
-            values[...] = before
-
-    def _variables(self) -> list[np.ndarray]:
-        now = self._companion
-        return [now.displacement, now.velocity, now.delay, now.noise_force]
-
     @property
     def _noisy(self) -> bool:
         return bool(np.any(self._noise > 0))

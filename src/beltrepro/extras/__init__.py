@@ -1,1 +1,1 @@
-"""Beside the library: a window on the chain, the benchmark, the deposit."""
+"""Beside the library: a window on the chain, and the comparison with published results."""

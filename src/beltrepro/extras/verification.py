@@ -235,6 +235,4 @@ def _below(path: Path, results: Path) -> str:
 
 
 def _tables(results: Path) -> list[Path]:
-    """Tables with the same content for the same numbers: not that of times."""
-    paths = [*results.glob("*.csv"), *(results / "tables").glob("*.csv")]
-    return sorted(path for path in paths if path.stem != "timing")
+    return sorted([*results.glob("*.csv"), *(results / "tables").glob("*.csv")])

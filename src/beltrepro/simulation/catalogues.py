@@ -14,7 +14,6 @@ from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.observe.crossings import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
-from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.groups import Report, in_groups, integrator_of, observe
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.sampling import EventWatch
@@ -125,7 +124,7 @@ def catalogue(
     loading = LoadingWatch(cases)
     lengths = {"duration": duration, "transient": transient}
     record = partial(_record, sections, block, lengths, loading)
-    for _, recorded in in_groups(cases, partial(once, record), progress, workers=made.workers):
+    for _, recorded in in_groups(cases, record, progress, workers=made.workers):
         for name, parts in tables.items():
             parts += recorded[name]
     loading.warn(**lengths)

@@ -8,9 +8,8 @@ import numpy as np
 from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.threads import in_threads
-from beltrepro.engine.integrator import CUT_TIME, GROUP_SIZE, Integrator, Sampling, Section
+from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.engine.kicks import KickedIntegrator
-from beltrepro.simulation import checkpoints
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import METHODS, Case
 
@@ -68,7 +67,6 @@ def in_groups(
 
         group = batches[number]
         outcome = work(group, [cases[index] for index in group], report)
-        done[number] = 1.0  # a group that was kept reports nothing
         return outcome
 
     if workers == 1 or len(batches) == 1:
@@ -120,29 +118,13 @@ def integrator_of(
     return INTEGRATORS["kicked" if first.kick > 0 else first.method](states, **settings)
 
 
-def observe(
-    integrator: Integrator,
-    duration: float,
-    observers: Sequence,
-    report: Report,
-    *,
-    kept: bool = True,
-) -> None:
+def observe(integrator: Integrator, duration: float, observers: Sequence, report: Report) -> None:
     """Advance a group by `duration`, and show every chunk of it to the observers."""
-    # a checkpoint keeps how far it is at instants where a cut changes no bit
     start = integrator.time
-    with checkpoints.step(kept) as step:
-        if step.kept is not None:
-            states, seen = step.kept
-            integrator.reinit(states)
-            checkpoints.restore(observers, seen)
-        for chunk in integrator.advance(start + duration):
-            for observer in observers:
-                observer.observe(chunk)
-            report((chunk.end - start) / duration)
-            if step.due and chunk.end % CUT_TIME == 0:
-                step.keep((integrator.state(), observers))
-        step.end(lambda: (integrator.state(), observers))
+    for chunk in integrator.advance(start + duration):
+        for observer in observers:
+            observer.observe(chunk)
+        report((chunk.end - start) / duration)
 
 
 def slipping_since(members: Sequence[Case]) -> np.ndarray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,6 @@ import numpy as np
 
 from beltrepro.base import atomic, checks, names, provenance, store
 from beltrepro.base.errors import InputError, needing
-from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.groups import Report, in_groups
 from beltrepro.simulation.setup import Case, Setup, columns
@@ -159,8 +157,7 @@ def gathered(
     kind: str, setup: Setup, measure: Measure, progress: Report | None, **settings: Any
 ) -> Results:
     """A row for each chain, of the arrays (W, ...) that are measured of each group."""
-    work = partial(once, measure)
-    measured = in_groups(setup.cases, work, progress, workers=setup.workers)
+    measured = in_groups(setup.cases, measure, progress, workers=setup.workers)
     batches, parts = [group for group, _ in measured], [part for _, part in measured]
     table = columns(setup)
     for name in list(parts[0]):

@@ -137,7 +137,7 @@ def _follow(
         log = SampleLog(members, sampling, every, begin, end)
         observers.append(log)
     # samples and events would fill a checkpoint
-    observe(integrator, lengths["duration"], observers, report, kept=False)
+    observe(integrator, lengths["duration"], observers, report)
     loading.judge(group, histories)
     measured = sampling, start + lengths["transient"], integrator.time
     length, residual = moments_of(moments, members, *measured), integrator.energy_residual()

@@ -16,7 +16,6 @@ from beltrepro.base.errors import InputError
 from beltrepro.model import units
 from beltrepro.replication.camera import recording
 from beltrepro.simulation import Run, Setup, simulate
-from beltrepro.simulation.checkpoints import once
 from beltrepro.simulation.setup import Chains, Keywords, part_of, setup_of
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
@@ -43,7 +42,7 @@ def trials(
     rows: list[dict[str, float]] = []
     while len(rows) < len(made.cases):
         part = part_of(made, slice(len(rows), len(rows) + _AT_ONCE))
-        rows += once(_trials, part, lasting_s, settings)
+        rows += _trials(part, lasting_s, settings)
         if progress is not None:
             progress(len(rows) / len(made.cases))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

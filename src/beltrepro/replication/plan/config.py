@@ -35,7 +35,6 @@ from beltrepro.base import reading
 from beltrepro.base.checks import LONGEST_GRID, shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
-from beltrepro.model.parameters import LARGEST
 from beltrepro.replication.plan.filming import CAMERA
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
 from beltrepro.replication.plan.points import LAW, QUANTITIES, WORDS, Described, Method
@@ -222,20 +221,22 @@ def _keys(
     /,
     *,
     name: str = "",
-    also: str = "",
+    more_words: str = "",
     required: tuple = (),
     **types: Any,
 ) -> Any:
     """A type of keys with values, of which only those required must be given.
 
-    words : where its words stand in words.yaml, to which `also` is added.
+    words : where its words stand in words.yaml, to which `more_words` are added.
     """
     about = WORDS["keys"][words]
     fields: dict[str, Any] = {}
     for key, type_ in types.items():
         described = Annotated[type_, Field(description=about[key])] if key in about else type_
         fields[key] = (described, ... if key in required else None)
-    return create_model(name or words, __base__=base, __doc__=about["description"] + also, **fields)
+    return create_model(
+        name or words, __base__=base, __doc__=about["description"] + more_words, **fields
+    )
 
 
 SPECIAL: dict[str, type[BaseModel]] = {
@@ -319,30 +320,22 @@ def _named(keys: Any, **limits: Any) -> Any:
     return Annotated[dict[name, keys], Field(**limits)]
 
 
-_COUNT = type_of(int, ge=1, le=LONGEST_GRID)
+Axes = _keys("Axes", **{name: _axis(about) for name, about in QUANTITIES.items()})
 Defaults = _keys(
     "Defaults",
-    **{name: _axis(about) for name, about in QUANTITIES.items()},
+    Axes,
     **_settings(SETTINGS.values()),
     points_per_job=type_of(int, ge=1, le=MOST_POINTS),
-)
-MoreRuns = _keys(
-    "MoreRuns",
-    required=("by", "up_to", "of", "half_width"),
-    by=_COUNT,
-    up_to=_COUNT,
-    of=_BASIC[str],
-    half_width=type_of(float, gt=0, le=LARGEST),
 )
 _KIND = " ".join(f"{kind.name}: {kind.description}" for kind in KINDS.values())
 _OF_KINDS = "; ".join(f"{kind.name}: {', '.join(kind.settings)}" for kind in KINDS.values())
 Dataset = _keys(
     "Dataset",
     Defaults,
-    also=f" {_OF_KINDS}.",
+    more_words=f" {_OF_KINDS}.",
     kind=Annotated[Literal[tuple(KINDS)], Field(description=f"What is recorded: {_KIND}")],
     like=_BASIC[str],
-    more_runs=MoreRuns | None,
+    also=Axes | None,
     own_method=_BASIC[bool],
 )
 Camera = _keys("Camera", **_settings(CAMERA.values(), WrapValidator(_unchanged)))

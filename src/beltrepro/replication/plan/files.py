@@ -107,14 +107,6 @@ def join(parts: Sequence[store.Dataset], described: dict[str, Array]) -> dict[st
     return arrays
 
 
-def without_points(arrays: dict[str, np.ndarray], described: dict[str, Array]) -> dict:
-    """The arrays of a dataset that has no point."""
-    with_points = {
-        name for name, array in described.items() if array.fields or POINT in array.dimensions
-    }
-    return {name: values[:0] if name in with_points else values for name, values in arrays.items()}
-
-
 def single_run(series: store.Dataset) -> store.Dataset:
     """A series of one point as that run."""
     described = KINDS["series"].arrays

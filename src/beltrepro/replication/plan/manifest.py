@@ -2,17 +2,13 @@
 
 The list of a run lies in its folder: each job adds what it has written. By it `check` tells whether
 a file still is what the run wrote. A published run has such a list too.
-
-The list of an archive lies at the top of the unpacked folder and has all of its files. Datasets
-that it lists came with the archive, and as long as they are there the workflow takes them as they
-are.
 """
 
 import fcntl
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from beltrepro.base import seal
@@ -20,18 +16,13 @@ from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 
 NAME = "manifest-sha256.txt"
-CRATE = "ro-crate-metadata.json"  # a name that the format settles
 _LOCK = ".manifest.lock"
-_RESULTS = "results"
 _LINE = re.compile(r"^([0-9a-f]{64})  (.+)$", re.M)
 
 
 def text(listed: Mapping[str, str]) -> str:
     """The list of checksums by name."""
     return "".join(f"{listed[name]}  {name}\n" for name in sorted(listed))
-
-
-# --- of a run ---
 
 
 def add(results: Path, paths: Iterable[Path]) -> None:
@@ -91,36 +82,3 @@ def _remedy(path: Path, results: Path, run: dict[str, Any] | None) -> str:
             run = files.read_any(dataset).attributes
             break
     return files.repair(path, run) if run else "copy or publish that run again"
-
-
-# --- of an archive ---
-
-
-def read(top: Path) -> dict[str, str]:
-    """The list at the top of an unpacked archive."""
-    path = top / NAME
-    if not path.is_file():
-        return {}
-    try:
-        pairs = [line.split("  ", 1) for line in path.read_text(encoding="utf-8").splitlines()]
-        return {name: checksum for checksum, name in pairs}
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: not a readable list of checksums ({error})") from None
-
-
-def sources(top: Path) -> dict[str, str]:
-    """What the list says of the files of the project itself."""
-    return {name: checksum for name, checksum in read(top).items() if not _is_made(name)}
-
-
-def datasets(top: Path, run: str) -> set[str]:
-    """Datasets of a run that came with an archive and are still there."""
-    folder = PurePosixPath(_RESULTS, run, "datasets")
-    listed = [PurePosixPath(name) for name in read(top)]
-    return {path.stem for path in listed if path.parent == folder and (top / path).is_file()}
-
-
-def _is_made(name: str) -> bool:
-    """Whether a file is the crate or in the folder of a run; results/README.md is not."""
-    parts = PurePosixPath(name).parts
-    return name == CRATE or (parts[0] == _RESULTS and len(parts) > 2)

@@ -7,8 +7,7 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -16,15 +15,11 @@ from beltrepro.base import checks
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.plan.config import MOST_POINTS, SOURCE, checked, refuse
 from beltrepro.replication.plan.filming import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
-from beltrepro.replication.plan.kinds import KINDS, POINT, SETTINGS, Kind
-from beltrepro.replication.plan.more_runs import MoreRuns, place_of, rows
+from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
 from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain
 
-TIME_STEP = 0.001  # of the paper; work counts its steps
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
-LEAST_RUNS = 4  # at a point that can get more: fewer tell nothing of their spread
 MOST_JOBS = 10_000  # of a dataset: files of batches have names of four digits
-MOST_ROUNDS = 20  # in which runs are added: each is a job for every few rows
 
 
 class Entry(NamedTuple):
@@ -37,15 +32,6 @@ class Entry(NamedTuple):
 Entries = dict[str, Entry]
 
 
-class Batch(NamedTuple):
-    """The points of one job; or the runs of rows, to which a job adds where more are needed."""
-
-    name: str  # of its file
-    points: tuple[Point, ...]  # if it adds runs, those that the rows had at first
-    most: tuple[Point, ...]  # points that it advances at most; of added runs, their places
-    looks_at: tuple[str, ...] = ()  # names of the batches with the runs to which it adds
-
-
 @dataclass(frozen=True)
 class PlannedDataset:
     """A dataset before it is simulated."""
@@ -55,49 +41,17 @@ class PlannedDataset:
     points: tuple[Point, ...]  # in the order in which the file has them
     settings: dict = field(hash=False)  # what the kind is told besides points
     points_per_job: int  # largest number of points of a batch
-    more_runs: MoreRuns | None = None  # whether points get more runs, and when
 
     @functools.cached_property
-    def batches(self) -> dict[str, Batch]:
-        """All jobs by name, in the order in which their files are joined."""
-        return {batch.name: batch for batch in (*self._first(), *self._added())}
-
-    def _first(self) -> Iterator[Batch]:
-        """The points cut into jobs, in their order; all of a batch have one method, and all or
-        none of them noise."""
+    def batches(self) -> dict[str, tuple[Point, ...]]:
+        """The points of each job by its name, in their order; all of a batch have one method, and
+        all or none of them noise."""
         cut = []
         for _, alike in itertools.groupby(self.points, _cost_class):
             points = tuple(alike)
             starts = range(0, len(points), self.points_per_job)
             cut += [points[start : start + self.points_per_job] for start in starts]
-        return (Batch(f"{number:04d}", points, points) for number, points in enumerate(cut))
-
-    def _added(self) -> Iterator[Batch]:
-        """The jobs that add runs, in their rounds; each has whole rows, of few of which it adds."""
-        if not self.more_runs:
-            return
-        batch_of = {point: batch.name for batch in self._first() for point in batch.points}
-        runs_at: dict[Point, list[Point]] = {}
-        for point in self.points:
-            runs_at.setdefault(place_of(point), []).append(point)
-        for part, places in enumerate(self._cut_rows(self.more_runs.along)):
-            points = tuple(point for place in places for point in runs_at[place])
-            looks_at = [*dict.fromkeys(batch_of[point] for point in points)]
-            fewest = min(len(runs_at[place]) for place in places)
-            for number, count in enumerate(self.more_runs.rounds(fewest), start=1):
-                name = f"round{number}_{part:04d}"
-                yield Batch(name, points, tuple(places) * count, tuple(looks_at))
-                looks_at.append(name)
-
-    def _cut_rows(self, along: str) -> list[list[Point]]:
-        """Places of whole rows for one job each, cut as in `batches`."""
-        parts: list[list[Point]] = []
-        for row in rows(self.points, along):
-            alike = parts and _cost_class(parts[-1][0]) == _cost_class(row[0])
-            if not alike or len(parts[-1]) + len(row) > self.points_per_job:
-                parts.append([])
-            parts[-1] += row
-        return parts
+        return {f"{number:04d}": points for number, points in enumerate(cut)}
 
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""
@@ -106,19 +60,7 @@ class PlannedDataset:
 
     def described(self) -> dict:
         """The whole as plain values."""
-        return {"kind": self.kind.name} | self.settings | self.values() | self.more()
-
-    def more(self) -> dict:
-        """When points get more runs, as plain values; empty if they never do."""
-        return {"more_runs": self.more_runs._asdict()} if self.more_runs else {}
-
-    def work(self, points: Iterable[Point]) -> float:
-        """Blocks times model time of some points, with a weight for short steps of verlet."""
-        weights = (
-            point.n_blocks * (TIME_STEP / point.time_step if point.method == "verlet" else 1.0)
-            for point in points
-        )
-        return self.settings["duration"] * sum(weights)
+        return {"kind": self.kind.name} | self.settings | self.values()
 
 
 @dataclass(frozen=True)
@@ -152,16 +94,14 @@ class Plan:
     def dataset_spec(self, name: str) -> dict:
         """Plain values that say what the file of a dataset holds."""
         dataset = self.datasets[name]
-        points = {"count": len(dataset.points)} | dataset.values()  # those planned, if more come
-        return self._spec(dataset, points, with_more=True)
+        return self._spec(dataset, {"count": len(dataset.points)} | dataset.values())
 
     def batch_spec(self, name: str, batch: str) -> dict:
         """Plain values that a job needs, and its file keeps."""
         dataset = self.datasets[name]
-        points, adds = plain(dataset.batches[batch].points), bool(dataset.batches[batch].looks_at)
-        return self._spec(dataset, points, with_more=adds) | ({"batch": batch} if adds else {})
+        return self._spec(dataset, plain(dataset.batches[batch]))
 
-    def _spec(self, dataset: PlannedDataset, points: dict, with_more: bool) -> dict:
+    def _spec(self, dataset: PlannedDataset, points: dict) -> dict:
         return {
             "dataset": dataset.name,
             "kind": dataset.kind.name,
@@ -169,7 +109,6 @@ class Plan:
             "run": self.run,
             "settings": dataset.settings,
             "points": points,
-            **(dataset.more() if with_more else {}),
         }
 
 
@@ -268,42 +207,21 @@ def _dataset(
         entries["seed"] = Entry({"offset": 0}, "seed")
     settings = {key: entries[key].value for key in kind.settings}
     points = _points(entries, config["seed"])
+    also = entries.get("also", Entry(None, place))
+    if also.value:
+        points += _points(entries | _entries(also.value, also.where), config["seed"])
+        if len(set(points)) < len(points):
+            refuse(f"{also.where}: gives points that the dataset has without it")
     if complaint := kind.complaint(settings, points):
         key, text = complaint
         where = (defaults | keys).get(key, Entry(None, f"{place}: {key}")).where
         refuse(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")
     per_job = entries.get("points_per_job", Entry(len(points), place))
-    more_runs = keys.get("more_runs", Entry(None, place))
-    rule = _more_runs(more_runs, kind, points) if more_runs.value else None
-    dataset = PlannedDataset(name, kind, points, settings, per_job.value, rule)
+    dataset = PlannedDataset(name, kind, points, settings, per_job.value)
     if len(points) > MOST_JOBS and (count := len(dataset.batches)) > MOST_JOBS:
         text = f"makes {count} jobs, at most {MOST_JOBS} allowed: raise points_per_job"
         refuse(f"{per_job.where}: {text}")
     return dataset
-
-
-def _more_runs(entry: Entry, kind: Kind, points: tuple[Point, ...]) -> MoreRuns:
-    """The rule by which points get more runs; refused where it cannot be meant."""
-    numbers = [array.name for array in kind.recorded if array.dimensions == (POINT,)]
-    if (name := entry.value["of"]) not in numbers:
-        text = f"a dataset of kind {kind.name} has {', '.join(numbers) or 'no such number'}"
-        refuse(f"{entry.where}.of = {name!r}: {text}", name, numbers)
-    distinct = dict(zip(QUANTITIES, map(len, map(set, zip(*points, strict=True))), strict=True))
-    axes = [name for name in QUANTITIES if name not in ("method", "replicate")]
-    rule = MoreRuns(**entry.value, along=max(axes, key=lambda axis: distinct[axis]))
-    counts = Counter(map(place_of, points)).values()
-    if min(counts) < LEAST_RUNS:
-        text = f"{min(counts)} runs at a point, at least {LEAST_RUNS} tell of their spread"
-        refuse(f"{entry.where}: {text}")
-    if rule.up_to <= max(counts):
-        refuse(f"{entry.where}.up_to = {rule.up_to}: there are {max(counts)} runs at a point")
-    if (rounds := len(rule.rounds(min(counts)))) > MOST_ROUNDS:
-        text = f"up_to = {rule.up_to} takes {rounds} rounds, at most {MOST_ROUNDS} allowed"
-        refuse(f"{entry.where}.by = {rule.by}: {text}")
-    if (count := len(counts) * rule.up_to) > MOST_POINTS:
-        text = f"makes {count:.3g} points, at most {MOST_POINTS} allowed"
-        refuse(f"{entry.where}.up_to = {rule.up_to}: {text}")
-    return rule
 
 
 def _check_settings(keys: Entries, kind: Kind) -> None:

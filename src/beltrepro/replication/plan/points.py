@@ -132,14 +132,6 @@ def points_of(table: dict) -> list[Point]:
     return [Point(*values) for values in zip(*columns, strict=True)]
 
 
-def points_in(arrays: dict[str, np.ndarray]) -> list[Point]:
-    """The points whose columns `columns` made."""
-    table = [arrays[name].tolist() for name in QUANTITIES]
-    place = list(QUANTITIES).index("tolerance")
-    table[place] = [None if np.isnan(value) else value for value in table[place]]
-    return [Point(*values) for values in zip(*table, strict=True)]
-
-
 def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:
     """Points as arrays."""
     table: dict[str, list] = {

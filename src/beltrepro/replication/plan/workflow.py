@@ -1,21 +1,16 @@
 """What the rules of the workflow ask: files of a run, what jobs are told, the code behind them."""
 
-import dataclasses
 import hashlib
 import json
-import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from beltrepro.replication.plan import dependencies, files, jobs, manifest, registry
+from beltrepro.replication.plan import dependencies, files, registry
 from beltrepro.replication.plan.filming import FILM, TRACK
-from beltrepro.replication.plan.plan import Batch, make_plan
+from beltrepro.replication.plan.plan import make_plan
 
 SCRIPTS = Path("workflow", "scripts")
-# Minutes that a simulation asks of a cluster: for its start and a compilation, and for its work.
-# The dearest class of jobs took 1.5e-6 s for a block and a unit of time.
-_START, _PER_WORK = 10.0, 4e-6 / 60
 
 
 class Workflow:
@@ -30,7 +25,6 @@ class Workflow:
         self.plan = make_plan(config)
         self.tables, self.figures = registry.tables(), registry.figures()
         self.results = top / "results" / self.plan.run
-        self.deposited = manifest.datasets(top, self.plan.run)
         self.filmed = {
             f"{name}{end}": film for name, film in self.plan.films.items() for end in (FILM, TRACK)
         }
@@ -55,10 +49,6 @@ class Workflow:
             "figure": "|".join(self.figures),
         }
 
-    def joined(self) -> str:
-        """Pattern of the datasets made here; one that came with an archive is no output."""
-        return "|".join(name for name in self.plan.datasets if name not in self.deposited) or "(?!)"
-
     def file_of(self, name: str) -> str:
         """The file of a dataset or table, or of a film or track."""
         if name in self.tables:
@@ -79,10 +69,6 @@ class Workflow:
     def batches(self, wildcards: Any) -> list[str]:
         """Files of the batches of a dataset."""
         return self._batch_files(wildcards.dataset, self.plan.datasets[wildcards.dataset].batches)
-
-    def runs_so_far(self, wildcards: Any) -> list[str]:
-        """Files of the batches that hold the runs to which more may be added."""
-        return self._batch_files(wildcards.dataset, self._batch(wildcards).looks_at)
 
     def _batch_files(self, dataset: str, names: Iterable[str]) -> list[str]:
         return [f"<results>/batches/{dataset}/{name}.h5" for name in names]
@@ -126,27 +112,10 @@ class Workflow:
     def is_made(self, path: str, is_output: Callable[[str], bool]) -> bool:
         """Whether a target is a file of this run; of batches, only those that there are."""
         place = Path(path)
-        if place.is_relative_to(f"results/{self.plan.run}/batches"):
-            return path in {
-                f"results/{self.plan.run}/{job.name}.h5" for job in jobs.simulation_jobs(self.plan)
-            }
-        in_datasets = place.parent == Path(f"results/{self.plan.run}/datasets")
-        return (in_datasets and place.stem in self.deposited) or is_output(path)
-
-    def sampled(self, wildcards: Any) -> list[str]:
-        """Results of the jobs by which the time of the preset is judged."""
-        first = [job for job in jobs.simulation_jobs(self.plan) if not job.adds]
-        sample = jobs.draw(first, self.plan.seed)
-        return [f"<results>/{job.name}.h5" for job in sample]
-
-    def minutes_of_batch(self, wildcards: Any, attempt: int) -> int:
-        """Time that a batch may take on a cluster; each attempt asks for as much again."""
-        work = self.plan.datasets[wildcards.dataset].work(self._batch(wildcards).most)
-        return attempt * math.ceil(_START + _PER_WORK * work)
-
-    def simulation_jobs(self) -> list[tuple]:
-        """All simulation jobs; plain tuples, which travel to a script as parameters."""
-        return [dataclasses.astuple(job) for job in jobs.simulation_jobs(self.plan)]
+        if not place.is_relative_to(f"results/{self.plan.run}/batches"):
+            return is_output(path)
+        dataset = self.plan.datasets.get(place.parent.name)
+        return dataset is not None and place.suffix == ".h5" and place.stem in dataset.batches
 
     # --- what single jobs are made from ---
 
@@ -168,9 +137,6 @@ class Workflow:
             return self.figures[wildcards.figure]
         return self.tables[Path(wildcards.table).name]  # it may lie at the top of the results
 
-    def _batch(self, wildcards: Any) -> Batch:
-        return self.plan.datasets[wildcards.dataset].batches[wildcards.batch]
-
     # --- what files must say of themselves ---
 
     def expected(self, *names: str) -> dict[str, dict]:
@@ -186,11 +152,10 @@ class Workflow:
         return self._expected(f"{wildcards.film}{FILM}")
 
     def expected_batches(self, wildcards: Any) -> list[dict]:
-        """Of the batches that are joined, or that hold the runs to which more may be added."""
-        adds = hasattr(wildcards, "batch")
-        dataset = self.plan.datasets[wildcards.dataset]
-        names = self._batch(wildcards).looks_at if adds else dataset.batches
-        return [files.expected(self.plan.batch_spec(dataset.name, name)) for name in names]
+        """Of the batches that are joined."""
+        name = wildcards.dataset
+        batches = self.plan.datasets[name].batches
+        return [files.expected(self.plan.batch_spec(name, batch)) for batch in batches]
 
     def expected_of_sources(self, wildcards: Any) -> dict[str, dict]:
         """Of what a table or film is made from."""
@@ -243,14 +208,11 @@ class Workflow:
 
     def code_of_batch(self, wildcards: Any) -> str:
         """Code behind a batch: the function of its kind, by its own integrator."""
-        batch = self._batch(wildcards)
-        functions = [self.plan.datasets[wildcards.dataset].kind.record]
-        if batch.looks_at:
-            functions.append("beltrepro.replication.plan.more_runs:wanted")
-        script = "add_runs.py" if batch.looks_at else "simulate.py"
-        kicked = {"kicked" for point in batch.points if point.kick > 0}
-        choices = sorted({point.method for point in batch.points} | kicked)
-        return self.code(script, *functions, choices=tuple(choices))
+        dataset = self.plan.datasets[wildcards.dataset]
+        points = dataset.batches[wildcards.batch]
+        kicked = {"kicked" for point in points if point.kick > 0}
+        choices = sorted({point.method for point in points} | kicked)
+        return self.code("simulate.py", dataset.kind.record, choices=tuple(choices))
 
     def code_of_table(self, wildcards: Any) -> str:
         """Code behind a table: the function of its name."""
@@ -261,53 +223,3 @@ class Workflow:
         """Code behind a figure: what draws and what saves it."""
         draw = f"{self.figures[wildcards.figure].module}:draw"
         return self.code("figure.py", draw, "beltrepro.replication.drawing.style:save")
-
-    # --- what each job reads and writes, for the crate ---
-
-    def records(self) -> Iterator[tuple[str, str, list[str], list[str]]]:
-        """Rule, name, inputs and outputs of each job of the run."""
-        for name, dataset in self.plan.datasets.items():
-            for batch in dataset.batches.values():
-                rule, sources = "simulate", ["config.yaml"]
-                if batch.looks_at:
-                    rule, sources = "add_runs", self._batch_files(name, batch.looks_at)
-                made = self._batch_files(name, [batch.name])
-                yield rule, f"batches/{name}/{batch.name}", sources, made
-            batches = self._batch_files(name, dataset.batches)
-            yield "join", f"datasets/{name}", batches, [self.file_of(name)]
-        for name, planned in self.plan.films.items():
-            film, track = self.with_metadata(f"{name}{FILM}"), self.with_metadata(f"{name}{TRACK}")
-            yield "film", f"experiment/{name}.film", [self.file_of(planned.dataset)], film
-            yield "track", f"experiment/{name}.track", film[:1], track
-        for name, table in self.tables.items():
-            sources = list(self.files_of(*table.uses).values())
-            yield "derive", table.file(name), sources, self.with_metadata(name)
-        for name, figure in self.figures.items():
-            outputs = [f"<results>/figures/{name}.{ending}" for ending in ("png", "pdf")]
-            yield "draw", f"figures/{name}", list(self.files_of(*figure.uses).values()), outputs
-        claims, datasets = self.claims()[:2], self.datasets()
-        yield "claims", "claims", list(self.files_of(*self.judged).values()), self.claims()
-        tables = list(self.files_of(*self.tables).values())
-        shown = [*datasets, *tables, *claims, *self.drawn("png")]
-        yield "report", "report", shown, ["<results>/report.html"]
-
-    def crate_spec(self, rule_of: Callable[[str], Any]) -> dict:
-        """What `deposit.crate.Run` is made of, as plain values; rule_of : a rule by its name."""
-        records = [
-            (rule, name, self._below_project(inputs), self._below_project(outputs))
-            for rule, name, inputs, outputs in self.records()
-        ]
-        rules = {name: rule_of(name) for name in dict.fromkeys(record[0] for record in records)}
-        return {
-            "name": self.plan.run,
-            "preset": self.plan.preset,
-            "seed": self.plan.seed,
-            "rules": {
-                name: (rule.docstring, f"{SCRIPTS}/{Path(rule.script).name}")
-                for name, rule in rules.items()
-            },
-            "records": records,
-        }
-
-    def _below_project(self, paths: list[str]) -> list[str]:
-        return [path.replace("<results>", f"results/{self.plan.run}") for path in paths]

@@ -121,8 +121,6 @@ def facts(
     about = {"code_version": origin["code_version"]} | _counts(results)
     deciding = settings["datasets"][DECIDING]
     runs = str(len(deciding["replicate"]))
-    if more := deciding.get("more_runs"):
-        runs += f" to {more['up_to']}"
     return about | {"replicates": runs, "duration": f"{float(deciding['duration']):,.0f}"}
 
 

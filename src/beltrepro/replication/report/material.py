@@ -11,8 +11,6 @@ import numpy as np
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import files, registry
-from beltrepro.replication.plan.more_runs import runs_at_places
-from beltrepro.replication.plan.points import points_in
 from beltrepro.replication.report.claim_results import OtherRun, Results, compared, read_tables
 from beltrepro.replication.report.trust import length
 from beltrepro.replication.verdicts.ledger import read_yaml
@@ -111,8 +109,6 @@ def _describe(dataset: Dataset) -> dict:
     tables = {"slips": "slips", "avalanches": "avalanches", "section": "section points"}
     tables |= {"time": "samples", "events": "events"}
     contents = [f"{len(arrays[key])} {words}" for key, words in tables.items() if key in arrays]
-    if "more_runs" in json.loads(attributes.get("config", "{}")):
-        contents.append(runs_at_places(points_in(arrays)))
     return {name: _grid(arrays[name]) for name in grids} | {
         "name": attributes["dataset"],
         "kind": attributes["kind"],

@@ -1,1 +1,0 @@
-"""A run made ready for a data repository: crate, archive, checksums."""
