@@ -222,33 +222,6 @@ def weibull_test(
     return WeibullTest(float(scipy.stats.chi2.sf(2 * (likelihood - exponential), 1)), float(shape))
 
 
-LAWS = ("exponential", "weibull", "gamma", "lognormal", "inverse_gaussian")
-
-
-def compare_laws(lifetime: npt.ArrayLike, ended: npt.ArrayLike) -> dict[str, float]:
-    """Excess of Akaike's criterion over the best, of each law with its greatest likelihood.
-
-    An exponential law is that of a constant rate of ends, an inverse Gaussian one that of the first
-    passage of a random walk with a drift. Runs that were given up count as censored.
-    """
-    time, ended = _checked(lifetime, ended)
-    ended = ended & (time > 0)
-    require(ended.sum() >= MINIMUM_ENDS, f"{ended.sum()} runs ended, {MINIMUM_ENDS} are needed")
-    unit = time.sum() / ended.sum()
-    data = _censored(time / unit, ended)
-    families = ("expon", "weibull_min", "gamma", "lognorm", "invgauss")
-    criterion = {}
-    for law, family in zip(LAWS, families, strict=True):
-        distribution = getattr(scipy.stats, family)
-        fitted = distribution(*distribution.fit(data, floc=0))
-        likelihood = (
-            fitted.logpdf(time[ended] / unit).sum() + fitted.logsf(time[~ended] / unit).sum()
-        )
-        criterion[law] = 2 * (distribution.numargs + 1 - float(likelihood))
-    least = min(criterion.values())
-    return {law: value - least for law, value in criterion.items()}
-
-
 def exponential_test(
     lifetime: npt.ArrayLike,
     ended: npt.ArrayLike,

@@ -20,7 +20,6 @@ DISORDER = "$r$"
 CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
 METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
-_PLAIN = 1e-4  # smaller numbers are written as powers of ten
 _RASTER_FROM = 5000  # more points than this are an image in the PDF
 
 
@@ -59,15 +58,6 @@ def last_block(series):
 
 
 # --- words on a panel -----------------------------------------------------------------------------
-
-
-def power(value):
-    """A number in mathematical type, without signs of it, as a power of ten if it is small."""
-    if value == 0 or value >= _PLAIN:
-        return f"{value:g}"
-    digits, exponent = f"{value:e}".split("e")
-    factor = "" if float(digits) == 1 else rf"{float(digits):g} \times "
-    return f"{factor}10^{{{int(exponent)}}}"
 
 
 def true_minus(text):
@@ -211,10 +201,10 @@ def intervals(axes, place, value, low, high, **look):
     axes.errorbar(place, value, [value - low, high - value], **look)
 
 
-def limits(axes, place, low, *, length=1.0, **look):
-    """Arrows up from lower limits, `length` times as long as these are large."""
+def limits(axes, place, low, **look):
+    """Arrows up from lower limits, as long as these are large."""
     if len(place):
-        axes.errorbar(place, low, length * low, lolims=True, **look | {"linestyle": "none"})
+        axes.errorbar(place, low, low, lolims=True, **look | {"linestyle": "none"})
 
 
 def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **changes):

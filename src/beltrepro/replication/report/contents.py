@@ -77,7 +77,7 @@ SECTIONS: tuple[PageSection, ...] = (
         "Is the motion chaotic?",
         chaos.describe,
         chaos.TOLD_BY,
-        ("motion_map", "survival", "disturbance"),
+        ("motion_map", "survival"),
     ),
     _study(
         "inference",

@@ -11,7 +11,6 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.avalanches import claims as avalanches
 from beltrepro.replication.studies.branches import claims as branches
 from beltrepro.replication.studies.chaos import claims as chaos
-from beltrepro.replication.studies.disturbance import claims as disturbance
 from beltrepro.replication.studies.experiment import claims as experiment
 from beltrepro.replication.studies.experiment import claims_noise as noise_of_experiment
 from beltrepro.replication.studies.integrators import claims as integrators
@@ -33,7 +32,7 @@ from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger
 
 # Importing them registers the functions of their claims.
 STUDIES = (
-    *(avalanches, branches, chaos, disturbance, experiment, noise_of_experiment, integrators),
+    *(avalanches, branches, chaos, experiment, noise_of_experiment, integrators),
     *(laws, noise, sizes, transition),
 )
 COLUMNS = (

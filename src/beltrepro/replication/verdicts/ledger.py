@@ -30,7 +30,6 @@ SECTIONS = {
     "noise_and_size": "sizes/claims_noise",
     "integrators": "integrators/claims",
     "branches": "branches/claims",
-    "disturbance": "disturbance/claims",
 }
 REGISTRY: dict[str, Callable] = {}
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.

@@ -8,9 +8,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.stats import motion, survival
 from beltrepro.stats.transitions import running_median
 
-FIGURE = Figure(
-    uses=("motion_map", "mean_lifetimes", "kicked", "steps"), category="Further studies"
-)
+FIGURE = Figure(uses=("motion_map", "mean_lifetimes"), category="Further studies")
 
 # Colour, hatching and words of each way to move, from the bottom of a cell to its top. The hues are
 # those of `motions.COLOURS`, darker or paler so that they differ in grey too.
@@ -32,27 +30,16 @@ _OUTLINED = 40  # more cells in a row have no outline
 
 @style.styled
 def draw(data):
-    """Top: shares over (u, N), exponents; bottom: shares over (u, kick) and (u, time step)."""
+    """Top: shares over (u, N); bottom: exponents."""
     panels.require(data, FIGURE)
-    figure = style.page(6.4)
-    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]])
-    sizes, exponents, kicks, steps = places.values()
+    figure = style.page(4.4)
+    sizes, exponents = figure.subplots(2, 1)
     points = data["motion_map"].arrays
-    _draw_cells(sizes, points, "n_blocks", "$N$")
+    _draw_cells(sizes, points)
     _draw_verdicts(sizes, points, data["mean_lifetimes"])
     _draw_exponents(exponents, points)
-    for axes, name, row, label in (
-        (kicks, "kicked", "kick", "size of kicks"),
-        (steps, "steps", "time_step", "time step $dt$"),
-    ):
-        arrays = data[name].arrays
-        _draw_cells(axes, arrays, row, label)
-        blocks, methods = np.unique(arrays["n_blocks"]), np.unique(arrays["method"])
-        names = ", ".join({"event": "exact", "verlet": "scheme"}[method] for method in methods)
-        words = f"$N = {', '.join(map(str, blocks))}$, {names}"
-        axes.set_title(words, loc="right", color="0.35")
-    panels.letters(*places.values())
-    for axes in places.values():
+    panels.letters(sizes, exponents)
+    for axes in (sizes, exponents):
         axes.set_xlabel(panels.BELT_VELOCITY)
     _draw_legend(figure, sizes)
     return figure
@@ -61,16 +48,17 @@ def draw(data):
 # --- cells ----------------------------------------------------------------------------------------
 
 
-def _draw_cells(axes, arrays, row, label):
-    """A cell for each u and each level of `row`, filled by the shares of each way to move."""
-    axes.set_ylabel(label)
+def _draw_cells(axes, arrays):
+    """A cell for each u and N, filled by the shares of each way to move."""
+    axes.set_ylabel("$N$")
     if not arrays["belt_velocity"].size:
         panels.note(axes, "no points in this dataset")
         return
     velocities, column = np.unique(arrays["belt_velocity"], return_inverse=True)
-    levels, line = np.unique(arrays[row], return_inverse=True)
+    sizes, line = np.unique(arrays["n_blocks"], return_inverse=True)
     place = line * velocities.size + column
-    ways, runs = _ways(arrays), np.bincount(place, minlength=levels.size * velocities.size)
+    ways = arrays["state"].astype(str)
+    runs = np.bincount(place, minlength=sizes.size * velocities.size)
     there = np.flatnonzero(runs)
     bottom = there // velocities.size - _FILL / 2
     outline = 0.3 if velocities.size <= _OUTLINED else 0.0
@@ -82,21 +70,9 @@ def _draw_cells(axes, arrays, row, label):
         bottom = bottom + height
     every = -(-velocities.size // _TICKS)
     axes.set_xticks(range(0, velocities.size, every), [f"{u:g}" for u in velocities[::every]])
-    axes.set_yticks(range(levels.size), [f"${panels.power(level)}$" for level in levels])
-    axes.set(xlim=(-0.6, velocities.size - 0.4), ylim=(-0.6, levels.size - 0.4))
+    axes.set_yticks(range(sizes.size), [f"${size}$" for size in sizes])
+    axes.set(xlim=(-0.6, velocities.size - 0.4), ylim=(-0.6, sizes.size - 0.4))
     axes.tick_params(length=0)
-
-
-def _ways(arrays):
-    """How each run moves: a key of _LOOKS."""
-    state = arrays["state"].astype("U20")
-    if "irregular_exponent" in arrays:
-        names = ("irregular_exponent", "irregular_error", "irregular_time")
-        chaotic = motion.above_zero(*(arrays[name] for name in names))
-        irregular = ~np.isin(state, (motion.PERIODIC, motion.EQUILIBRIUM))
-        state[irregular] = np.where(chaotic, motion.CHAOTIC, motion.TRANSIENT)[irregular]
-    state[state == motion.NOISE_DRIVEN] = motion.TRANSIENT
-    return state
 
 
 def _draw_verdicts(axes, points, table):

@@ -1,1 +1,0 @@
-"""Where r falls for other friction ratios."""
