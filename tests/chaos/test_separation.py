@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beltrepro.stats.growth import finite_size_exponents
 
 from beltrepro import ChainParameters, lyapunov_spectrum, separation, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.parting import _moved
 from beltrepro.replication.plan.kinds import KINDS, record
 from beltrepro.replication.plan.points import QUANTITIES, Point
-from beltrepro.stats.growth import finite_size_exponents
 
 SEVEN = ChainParameters(7, 10.0)
 

@@ -12,7 +12,6 @@ from test_figure_content import is_density, shown
 
 import drawn
 import figure_data as made
-from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import replicate_panels, style
 from beltrepro.replication.studies.chaos import motion_map
 from beltrepro.replication.studies.chaos import words as chaos_words
@@ -49,20 +48,6 @@ def test_critical_velocity_is_the_middles_of_the_falls_with_their_regions():
     strips = [tuple(curve.y) for curve in right.curves if curve.line]
     assert strips == [(15, 18), (23, 32), (27, 40)]  # caption of Fig. 19
     assert "no fall by half at $N$ = 10" in right.texts
-
-
-def test_friction_ratio_is_a_curve_for_each_ratio_and_the_falls():
-    left, right = shown("friction_ratio")
-    arrays = dataset("friction_ratio").arrays
-    curves = []
-    for ratio in (0.2, 0.45, 0.8):
-        here = (arrays["friction_ratio"] == ratio) & (arrays["replicate"] == 1)
-        u, order = arrays["belt_velocity"][here], np.argsort(arrays["belt_velocity"][here])
-        median = arrays["disorder_parameter"][here][order]
-        curves.append((u[order], median, f"$f_s = {ratio:g}$"))
-    left.draws("$u$", "$r$", *curves)
-    right.draws("$f_s$", "$u_c$", ([0.2, 0.8], [31, 17], None, ([1, 0.8], [1.5, 0.4])))
-    np.testing.assert_allclose(right.bars, [(0.2, 28, 35), (0.8, 12, 21)])
 
 
 def test_avalanches_are_a_density_for_each_number_of_blocks_and_where_it_ends():
@@ -152,11 +137,11 @@ def test_mean_lifetimes_have_their_intervals_and_limits_arrows():
         near(by_size, f"spread {spread}", points["n_blocks"], points["lifetime"])
 
 
-def shares_are(panel, data, level, ways, words):
-    """Each cell (u, level) is filled by the shares of the ways that its runs move."""
-    levels, expected, cells = np.unique(data.arrays[level]), {}, {}
-    for (line, value), (place, u) in itertools.product(enumerate(levels), enumerate(ENDS)):
-        here = ways[runs_at(data, belt_velocity=u, **{level: value})]
+def shares_are(panel, data, ways):
+    """Each cell (u, N) is filled by the shares of the ways that its runs move."""
+    sizes, expected, cells = np.unique(data.arrays["n_blocks"]), {}, {}
+    for (line, size), (place, u) in itertools.product(enumerate(sizes), enumerate(ENDS)):
+        here = ways[runs_at(data, belt_velocity=u, n_blocks=size)]
         for way, count in zip(*np.unique(here, return_counts=True), strict=True):
             colour = to_rgba(motion_map._LOOKS[way][0])
             expected[place, line, colour] = pytest.approx(count / here.size)
@@ -166,26 +151,14 @@ def shares_are(panel, data, level, ways, words):
             cells[round(x), round(y), bar.get_facecolor()] = bar.get_height() / motion_map._FILL
     assert cells == expected
     assert drawn.plain(panel.axes.get_xticklabels()) == [f"{u:g}" for u in ENDS]
-    assert drawn.plain(panel.axes.get_yticklabels()) == words
+    assert drawn.plain(panel.axes.get_yticklabels()) == [f"${size}$" for size in sizes]
 
 
 def test_motion_map_is_the_shares_of_the_ways_to_move():
-    sizes, exponents, kicks, steps = shown("motion_map")
+    sizes, exponents = shown("motion_map")
     points = dataset("motion_map")
     numbers = np.unique(points.arrays["n_blocks"])
-    shares_are(sizes, points, "n_blocks", points.arrays["state"], [f"${n}$" for n in numbers])
-    # By the method event the exponent says which irregular motion is chaotic.
-    arrays = dataset("kicked").arrays
-    value, error = arrays["irregular_exponent"], arrays["irregular_error"]
-    chaotic = (value > 3 * error) & (value > 5 / arrays["irregular_time"])
-    named = np.where(chaotic, "chaotic", "transient")
-    ways = np.where(arrays["state"] == "irregular", named, arrays["state"])
-    assert {"chaotic", "periodic", "equilibrium slip"} <= set(ways)
-    shares_are(kicks, dataset("kicked"), "kick", ways, ["$0$", "$10^{-7}$", "$0.002$"])
-    # Verlet has no exponent: its irregular motion is not told apart.
-    state = dataset("steps").arrays["state"]
-    ways = np.where(state == "irregular", "transient", state)
-    shares_are(steps, dataset("steps"), "time_step", ways, [r"$2 \times 10^{-5}$", "$0.001$"])
+    shares_are(sizes, points, points.arrays["state"])
     dots = [curve for curve in exponents.curves if curve.marker == "."]
     assert sum(curve.x.size for curve in dots) == points.arrays["state"].size
     for n in numbers:
@@ -212,56 +185,6 @@ def test_motion_map_marks_what_longer_runs_do():
         marks = set(map(tuple, panel.curve(words).points.astype(int)))
         assert expected and expected <= marks
         assert all(sizes[line] == 5 for _, line in marks - expected)  # many runs of five
-
-
-def settled(irregular, r, **quantity):
-    """Four runs at each u and value of a quantity, `irregular(u, value)` of them irregular."""
-    (name, values), *alike = quantity.items()
-    grid = itertools.product((7.0, 16.0), values, range(4))
-    rows = [(u, x, k < irregular(u, x), r(u, x) + 0.001 * (k - 1.5)) for u, x, k in grid]
-    u, value, state, disorder = (np.array(column) for column in zip(*rows, strict=True))
-    arrays = {"belt_velocity": u, name: value, "disorder_parameter": disorder, **dict(alike)}
-    return arrays | {"state": np.where(state, "irregular", "periodic").astype("S9")}
-
-
-def test_disturbance_is_growth_shares_r_and_noise():
-    kicks, steps, noises = (0.0, 1e-3, 0.1), (1e-4, 1e-3), (0.01, 1.0)
-    kicked = settled(lambda u, k: (u > 10) + 2 * (k > 0.01), lambda u, k: u + k, kick=kicks)
-    scheme = settled(lambda u, s: 1 + 2 * (s > 5e-4), lambda u, s: u - s, time_step=steps)
-    noisy = [
-        settled(lambda u, s: 0, lambda u, s, dt=dt: u + s + 100 * dt, noise=noises)
-        | {"time_step": np.full(16, dt)}
-        for dt in (1e-5, 1e-3)
-    ]
-    noisy = {name: np.concatenate([part[name] for part in noisy]) for name in noisy[0]}
-    data = {
-        name: Dataset(arrays, made.HOW | {"kind": "settling", "transient": None})
-        for name, arrays in (("steps", scheme), ("kicked", kicked), ("weak_noise", noisy))
-    }
-    rates, share, disorder, noise = shown("disturbance", **data)
-    # of the first level nothing is counted
-    levels = np.geomspace(1e-6, 1e-2, 9)
-    sizes = np.sqrt(levels[1:] * levels[:-1])[1:]
-    names = {"event": "exact", "verlet": "scheme"}
-    grown = [(sizes, np.full(7, rate), f"$N = {n}$, {names[method]}")
-             for (n, method), rate in made.RATES.items()]  # fmt: skip
-    rates.draws("distance of two runs", "rate of growth", *grown, scales="log log",
-                more=len(rates.curves) - 4)  # fmt: skip
-    shares, means, against = [], [], []
-    error = np.std([0, 1, 2, 3], ddof=1) * 0.001 / 2
-    for u in (7.0, 16.0):
-        more, scaled = 0.25 * (u > 10), u * np.array(steps) / 3**0.5
-        shares += [([1e-3, 0.1], [more, more + 0.5], ""), (scaled, [0.25, 0.75], "")]
-        means += [([1e-3, 0.1], [u + 1e-3, u + 0.1], None, [error] * 2)]
-        means += [(scaled, [u - 1e-4, u - 1e-3], None, [error] * 2)]
-        against += [([1e-3, 0.1], [u + 1e-3, u + 0.1], "")]
-        against += [(noises, [u + s + 100 * dt for s in noises], "") for dt in (1e-5, 1e-3)]
-    share.draws("disturbance of a slip", "share of irregular runs", *shares, scales="log linear")
-    disorder.draws("disturbance of a slip", "$r$", *means, scales="log linear")
-    noise.draws(r"$\sigma$", "$r$", *against, scales="log linear")
-    assert share.legend == ["$u = 7$", "$u = 16$"]
-    assert disorder.legend == ["kicks", "time step of the scheme"]
-    assert noise.legend == ["$dt = 10^{-5}$", "$dt = 0.001$"]
 
 
 # --- trials of the experiment ---------------------------------------------------------------------

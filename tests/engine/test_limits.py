@@ -143,9 +143,8 @@ def test_the_range_of_event_with_noise_ends_where_it_is_said():
         simulate(above, duration=5, method="verlet")
         with pytest.raises(InputError, match=rf"^noise = {above.noise:g}: .*'verlet'$"):
             simulate(above, duration=5, method="event")
-    # the strongest noise of the paper, and the study of the friction ratio
+    # the strongest noise of the paper
     assert start_noise(ChainParameters(5, 20.0, 10.0)) < START_NOISE
-    assert start_noise(ChainParameters(5, 20.0, 1.0, friction_ratio=0.9)) < START_NOISE
 
 
 @pytest.mark.slow

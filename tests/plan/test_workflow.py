@@ -135,10 +135,10 @@ def test_preset_paper_dry_runs(tree):
 def test_figures_need_their_datasets_tables_and_films_only(tree):
     """One of scans, a study with its table, and a recording that is filmed and tracked."""
     datasets = smoke_plan().datasets
-    used = [*FIGURES["fig12"].uses, "friction_ratio", "belt_022"]
-    count = jobs(snakemake(tree, "--dry-run", "fig12", "friction_ratio", "fig05"))
+    used = {*FIGURES["fig12"].uses, *TABLES["mean_lifetimes"].uses, "motion_map", "belt_022"}
+    count = jobs(snakemake(tree, "--dry-run", "fig12", "motion_map", "fig05"))
     assert count == {
-        **dict.fromkeys(("fig12", "friction_ratio", "fig05", "derive", "film", "track"), 1),
+        **dict.fromkeys(("fig12", "motion_map", "fig05", "derive", "film", "track"), 1),
         "draw": 3,
         "join": len(used),
         "simulate": sum(len(datasets[name].batches) for name in used),

@@ -1,4 +1,4 @@
-"""Tables: which there are, and that of the study of the friction ratio."""
+"""Tables: which there are, and what is in them."""
 
 import importlib
 
@@ -12,22 +12,11 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
 from beltrepro.replication.studies.chaos import words as chaos
-from beltrepro.replication.studies.friction_ratio import runs
-from beltrepro.replication.studies.friction_ratio.measure import friction_falls, scaled_falls
 from beltrepro.replication.studies.transition import measure
 from beltrepro.stats import branches
 
 TABLES = registry.tables()
 POINTS = ("belt_velocity", "disorder_parameter")
-
-
-def falling(ratios, velocities, place):
-    """r that falls from 0.3 to 0.05 at u = place * f_s, four times at every u."""
-    grid = np.array([(f, u) for f in ratios for u in velocities for _ in range(4)])
-    ratio, velocity = grid.T
-    disorder = np.where(velocity < place * ratio, 0.3, 0.05)
-    arrays = {"friction_ratio": ratio, "belt_velocity": velocity, "disorder_parameter": disorder}
-    return {"friction_ratio": Dataset(arrays, {})}
 
 
 def test_every_table_is_a_module_with_a_function():
@@ -40,8 +29,8 @@ def test_every_table_is_a_module_with_a_function():
         assert entry.file(name) == (name if name == "agreement" else f"tables/{name}")
 
 
-# made from data of other tests: of films, series and pairs; laws of lifetimes take long
-ELSEWHERE = {"recordings", "audit", "agreement", "families", "lifetime_laws"}
+# made from data of other tests: of films, series and pairs
+ELSEWHERE = {"recordings", "audit", "agreement", "families"}
 
 
 @pytest.mark.parametrize("name", sorted(set(TABLES) - ELSEWHERE))
@@ -60,42 +49,6 @@ def test_what_the_page_says_on_chaos_is_in_the_tables():
         assert size["top"]["exponent"] == rows["exponent"].max()
     assert set(said["noise"]) == set(noisy["belt_velocity"])
     assert sum(part["runs"] for part in said["others"].values()) <= lifetimes["runs"].sum()
-
-
-def test_falls_are_found_for_each_friction_ratio():
-    table = friction_falls(falling([0.2, 0.4], np.arange(1.0, 41), 50.0))
-    assert table["friction_ratio"].tolist() == [0.2, 0.4]
-    assert table["points"].tolist() == [160, 160]
-    np.testing.assert_allclose(table["critical"], [10, 20], atol=1.5)
-    assert (table["lower"] <= table["critical"]).all() and (table["low"] < table["high"]).all()
-    assert table["r_high"].tolist() == [0.3, 0.3] and table["r_low"].tolist() == [0.05, 0.05]
-    assert set(TABLES["friction_falls"].columns) <= set(table)
-
-
-def test_linear_springs_have_one_scaled_fall_from_where_blocks_rarely_slip_forward():
-    table = scaled_falls({})
-    assert len(table) == 38 and (table["runs"] == 492).all()
-    linear = table[(table["springs"] == "linear") & (table["friction_ratio"] >= 0.4)]
-    assert np.ptp(linear["begin"]) < 0.01
-    others = table[(table["springs"] == "exponential") & table["critical"].notna()]
-    assert others["critical_low"].max() > others["critical_high"].min()
-
-
-@pytest.mark.parametrize("place", [0.3, 0.7])
-def test_a_scaled_fall_is_found_where_it_was_made(place, monkeypatch):
-    velocity = runs.VELOCITIES[:, np.newaxis] / 71.4
-    fallen = np.where(velocity < place, 100.0, 10.0) + np.linspace(0, 1, runs.REPLICATES)
-    fallen[3] = 10.0  # a periodic window
-    monkeypatch.setattr(runs, "_deviations", lambda *point: fallen)
-    (row,) = runs.falls("linear", 0.5)
-    for name in ("begin", "critical"):
-        low, value, high = (row[f"{name}{end}"] / 35.7 for end in ("_low", "", "_high"))
-        assert low <= value <= high and low - 0.03 <= place <= high + 0.03
-
-
-def test_too_few_points_leave_the_row_empty():
-    table = friction_falls(falling([0.2], [1.0, 2.0], 50.0))
-    assert table["points"].tolist() == [8] and table["critical"].isna().all()
 
 
 def replicates(n_blocks, noises, falls):

@@ -111,16 +111,6 @@ def scan(name):
     return Dataset(arrays, HOW | {"kind": "scan", "method": method})
 
 
-def friction_ratio():
-    """Three runs at each friction ratio and belt velocity; r tells both."""
-    grid = [(f, u, k) for f in (0.2, 0.45, 0.8) for u in U for k in range(3)]
-    f, u, k = np.random.default_rng(4).permutation(grid).T
-    disorder = np.where(u < 20 + 20 * f, 0.12, 0.03) + 1e-3 * f + 1e-4 * u + SCATTER[k.astype(int)]
-    arrays = {"friction_ratio": f, "belt_velocity": u, "disorder_parameter": disorder}
-    alike = {"n_blocks": np.full(f.size, 5), "noise": np.zeros(f.size), "replicate": k.astype(int)}
-    return Dataset(alike | arrays, HOW | {"kind": "scan"})
-
-
 # --- series and catalogues ------------------------------------------------------------------------
 
 
@@ -229,27 +219,6 @@ def critical_velocities():
     return pd.DataFrame(rows, columns=names)
 
 
-def friction_falls():
-    rows = [(0.2, 31.0, 30, 32.5, 28, 35), (0.45, *[np.nan] * 5), (0.8, 17.0, 16.2, 17.4, 12, 21)]
-    names = ["friction_ratio", "critical", "low", "high", "lower", "upper"]
-    return pd.DataFrame(rows, columns=names)
-
-
-RATES = {(5, "event"): 1e-4, (5, "verlet"): 1e-3, (7, "event"): 0.005, (7, "verlet"): 0.02}
-
-
-def growth(runs=6):
-    """Distances that grow at the rate of N and method, from the first level and from the third."""
-    levels = np.geomspace(1e-6, 1e-2, 9)
-    rows = [(n, method) for n, method in RATES for _ in range(runs)]
-    first = np.array([np.log(levels / levels[0]) / RATES[row] for row in rows])
-    later = np.where(levels < 0.99 * levels[2], np.nan, first - first[:, 2:3])
-    n, method = zip(*rows, strict=True)
-    arrays = {"n_blocks": np.array(n), "method": np.array(method), "levels": levels}
-    arrays["passage_time"] = np.stack([first, later], axis=1)
-    return Dataset(arrays, HOW | {"kind": "separation", "duration": 1e6, "transient": 0.0})
-
-
 ENDS = [3.0, 12.0, 33.0]  # belt velocities of the runs that settle
 
 
@@ -257,13 +226,6 @@ ENDS = [3.0, 12.0, 33.0]  # belt velocities of the runs that settle
 def settling():
     """Datasets of the end of irregular motion, and the table of their lifetimes."""
     made = irregular.survivals(n_blocks=[4, 6, 7, 10], belt_velocity=ENDS, initial_spread=[1, 10.0])
-    at = {"n_blocks": [5], "belt_velocity": ENDS}
-    kicks, steps = [0, 1e-7, 2e-3], [2e-5, 1e-3]
-    made["kicked"] = irregular.settling(**at, method=["event"], kick=kicks, errors="kick")
-    made["steps"] = irregular.settling(**at, method=["verlet"], time_step=steps, errors="time_step")
-    made["steps"].arrays["irregular_exponent"][:] = np.nan  # verlet has none
-    noisy = {"kick": [0.0], "time_step": [1e-3, 1e-5], "noise": [0.01, 0.3]}
-    made["weak_noise"] = irregular.settling(**at, **noisy, errors="noise")
     return made | {"mean_lifetimes": table("mean_lifetimes", made)}
 
 
@@ -463,15 +425,8 @@ def dataset(name):
         "noisy_motion": lambda: irregular.motion(
             n_blocks=[5], belt_velocity=[7.0, 16.0], noise=[0.25, 1.0, 2.2, 5.0, 10.0], runs=3
         ),
-        "growth": growth,
         "critical_velocities": critical_velocities,
-        "friction_ratio": friction_ratio,
-        "friction_falls": friction_falls,
         "agreement": agreement,
-        "orbits_lost": lambda: table("orbits_lost", {}),
-        "loss_lines": lambda: table("loss_lines", {"orbits_lost": dataset("orbits_lost")}),
-        "lifetime_growth": lambda: table("lifetime_growth", {}),
-        "scaled_falls": lambda: table("scaled_falls", {}),
     }
     made |= {name: functools.partial(scan, name) for name in SCANS}
     made |= {

@@ -1,7 +1,7 @@
 """Kill the workflow again and again, run the same command, and compare the bits at the end.
 
     python tests/support/interruptions.py --kills 20 --seed 1                all of the preset smoke
-    python tests/support/interruptions.py --kills 10 fig16 friction_ratio    some targets
+    python tests/support/interruptions.py --kills 10 fig16 fig12              some targets
 
 It works on a copy of the project. First the workflow runs undisturbed. Then it runs anew and is
 killed at random instants, or as soon after as a file is half written: SIGKILL to a job, to

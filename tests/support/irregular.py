@@ -31,18 +31,15 @@ def grid(**levels):
     return {name: column.ravel() for name, column in zip(levels, values, strict=True)}
 
 
-def settling(*, duration=1e6, lasts=None, errors=None, runs=16, seed=11, **levels):
+def settling(*, duration=1e6, lasts=None, runs=16, seed=11, **levels):
     """Runs that settle at a constant rate, on one of two orbits, or in equilibrium slip.
 
-    lasts : mean lifetime as a function of the columns. errors : name of the level that keeps the
-    motion irregular if it is above 1e-4.
+    lasts : mean lifetime as a function of the columns.
     """
     columns = grid(**levels, replicate=np.arange(1, runs + 1))
     rng = np.random.default_rng(seed)
     n, u = columns["n_blocks"], columns["belt_velocity"]
     lifetime = rng.exponential((lasts or mean_lifetime)(n, u))
-    if errors:
-        lifetime[columns[errors] > 1e-4] = np.inf
     settled = lifetime < duration
     lifetime = np.minimum(lifetime, duration)
     state = np.where(settled, np.where(u > 30, "equilibrium slip", "periodic"), "irregular")
@@ -105,21 +102,3 @@ def motion(*, runs=8, transient=2e5, seed=12, **levels):
         "mean_length": 60.0 * n,
     }
     return Dataset(columns | results, HOW | {"kind": "motion", "transient": transient})
-
-
-def separation(*, distances=(1e-12, 1e-6), seed=13, runs=12, **levels):
-    """Twins that part at a rate of 0.005 by `event`, and never by `verlet`."""
-    columns = grid(**levels, method=["event", "verlet"], replicate=np.arange(1, runs + 1))
-    rng = np.random.default_rng(seed)
-    sizes = 10.0 ** np.arange(-12, 1.5, 0.5)
-    first = np.array(distances)[:, None]
-    time = np.log(sizes / first) / 0.005 * rng.uniform(0.8, 1.2, (columns["method"].size, 1, 1))
-    time = np.where(sizes < first, 0.0, time)
-    late = (time > 5000) | (columns["method"] == "verlet")[:, None, None] & (time > 0)
-    arrays = columns | {
-        "levels": sizes,
-        "distances": np.array(distances),
-        "passage_time": np.where(late, np.nan, time),
-    }
-    options = {"kind": "separation", "duration": 6000.0, "transient": 1000.0}
-    return Dataset(arrays, HOW | options)
