@@ -31,7 +31,6 @@ _HOMES = {
     "orbit_branch": "chaos.continuation",
     "periodic_orbit": "chaos.periodic_orbits",
     "scan": "simulation.scans",
-    "separation": "chaos.parting",
     "simulate": "simulation.trajectories",
     "sliding_energy": "model.energy",
     "slipping_state": "simulation.starts",

@@ -9,7 +9,6 @@ from beltrepro.chaos.continuation import OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import time_to_orbit
 from beltrepro.chaos.lyapunov import LyapunovSpectrum, lyapunov_spectrum
 from beltrepro.chaos.naming import Motion, classify
-from beltrepro.chaos.parting import separation
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, close_orbit, periodic_orbit
 
 __all__ = [
@@ -24,6 +23,5 @@ __all__ = [
     "lyapunov_spectrum",
     "orbit_branch",
     "periodic_orbit",
-    "separation",
     "time_to_orbit",
 ]

@@ -126,7 +126,7 @@ class Setup:
         state (`ChainState.under`), and another method may go on.
     kick : float
         Standard deviation of the displacement that each block gets when it starts to slip, model
-        length; for "event" only, and for `separation` and `time_to_orbit`.
+        length; for "event" only, and for `time_to_orbit`.
     workers : int or None
         Cores on which several chains are advanced at once; None for all that there are. No number
         depends on it.
@@ -209,7 +209,7 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any], *, kicks: bool = False
     else:
         setup = chains
     if not kicks and (kick := max(case.kick for case in setup.cases)) > 0:
-        raise InputError(f"kick = {kick:g}: only for separation and time_to_orbit")
+        raise InputError(f"kick = {kick:g}: only for time_to_orbit")
     return setup
 
 

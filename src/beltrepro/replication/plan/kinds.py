@@ -125,7 +125,6 @@ class Settings:
     noise_clock: Literal["rest", "laboratory"]
     closed: float
     energies: list[float]
-    distances: list[float]
 
 
 SETTINGS = described(
@@ -141,7 +140,6 @@ SETTINGS = described(
         "noise_clock": "rest",
         "closed": 1e-8,
         "energies": [60.0, 200.0, 600.0],
-        "distances": [1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1.0],
     },
     limits={  # of a list: of its values
         **dict.fromkeys(
@@ -153,7 +151,6 @@ SETTINGS = described(
         "section_block": LIMITS["n_blocks"],
         "closed": {"gt": 0, "lt": 1},
         "energies": {"ge": 1e-3, "le": 1e4},
-        "distances": {"gt": 0, "le": 10},
     },
 )
 
@@ -307,13 +304,6 @@ KINDS = {
             (_transient, _tangent),
         ),
         Kind("settling", ("duration", "closed"), "beltrepro.chaos:time_to_orbit", kicks=True),
-        Kind(
-            "separation",
-            ("duration", "transient", "distances"),
-            "beltrepro.chaos:separation",
-            (_transient,),
-            kicks=True,
-        ),
         Kind(
             "trial",
             ("duration", "transient", "sample_interval", "laminar_time"),
