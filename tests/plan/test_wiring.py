@@ -31,7 +31,6 @@ OTHER = {  # than those of `planned`, and sensible
     "tolerance": 1e-5,
     "samples": ["velocities"],
     "noise_clock": "laboratory",
-    "distances": [0.5, 0.25],
     "energies": [5.0, 2.0],
     "section_block": 1,
     "section_position": 61.5,

@@ -178,7 +178,6 @@ CALLS = {
     "mode_energies": (beltrepro.mode_energies, MOVING),
     "periodic_orbit": (beltrepro.periodic_orbit, LONG),
     "scan": (beltrepro.scan, SHORT),
-    "separation": (beltrepro.separation, LONG),
     "Setup": (Setup, {"chains": CHAIN}),
     "simulate": (beltrepro.simulate, SHORT),
     "sliding_energy": (beltrepro.sliding_energy, MOVING),

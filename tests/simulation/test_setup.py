@@ -18,7 +18,6 @@ from beltrepro import (
     lyapunov_spectrum,
     periodic_orbit,
     scan,
-    separation,
     simulate,
     time_to_continuous_slip,
     time_to_orbit,
@@ -51,7 +50,6 @@ def bits(outcome):
 
 
 FUNCTIONS = dict.fromkeys([simulate, scan, catalogue, classify, lyapunov_spectrum], SHORT)
-FUNCTIONS |= {separation: SHORT | {"distances": [1e-6]}}
 FUNCTIONS |= {time_to_continuous_slip: {"duration": 60.0}, time_to_orbit: {"duration": 60.0}}
 
 
@@ -89,7 +87,6 @@ ARGUMENTS = [
     (lyapunov_spectrum, {"duration": 340.0, "transient": 50.0, "n_exponents": 2}),
     (lyapunov_spectrum, {"noise_clock": "laboratory"}),
     (classify, {"duration": 340.0, "transient": 50.0, "noise_clock": "laboratory"}),
-    (separation, {"transient": 90.0, "levels": [1e-6, 1.0], "distances": [1e-3]}),
     (time_to_orbit, {"duration": 300.0, "kick": 0.1}),
 ]
 
@@ -329,7 +326,7 @@ LATER, STEPS = {"initial_state": STATE}, {"method": "verlet"}
         (CHAIN, {"seed": [1, 2], "replicate": [1, 2, 3]}, "replicate of length 3: one value for"),
         ([CHAIN] * 2, {"seed": [1, 2.5]}, "seed = 2.5: a whole number"),
         (CHAIN, {"metod": "event"}, "simulate has no argument 'metod'; did you mean 'method'?"),
-        (CHAIN, {"kick": 0.1}, "kick = 0.1: only for separation and time_to_orbit"),
+        (CHAIN, {"kick": 0.1}, "kick = 0.1: only for time_to_orbit"),
         (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
         (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
         (NOISY, {"initial_positions": [60.0, 55.0, 120.0]}, "must be positive and increasing"),
