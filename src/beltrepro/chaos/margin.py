@@ -1,0 +1,139 @@
+"""The margin of a periodic orbit: the smallest displacement of a block that throws the chain off.
+
+A run that begins beside the orbit is compared with it return by return. It has left the orbit at
+the first return at which some coordinate is further away than `irregular.WIDEST` of F_st.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from beltrepro.chaos.irregular import WIDEST
+from beltrepro.chaos.periodic_orbits import TIME_STEP, PeriodicOrbit, follow
+from beltrepro.engine.integrator import GROUP_SIZE, Section
+from beltrepro.engine.state import ChainState
+from beltrepro.observe.crossings import ReturnLog
+from beltrepro.simulation.groups import integrator_of, observe
+from beltrepro.simulation.setup import Case
+
+LARGEST = 2.0  # displacement, model length; an orbit that bears it has no margin
+_LATE = 3.0  # periods without a return after which a run has left
+_AFTER = 1e-6  # model time after the start of a slip at which its block is displaced
+
+
+class Slip(NamedTuple):
+    """The start of a slip on an orbit."""
+
+    state: ChainState  # just after it, as a start
+    time: float  # instant of the orbit
+    block: int  # that slips, from 0
+
+
+def margin(orbit: PeriodicOrbit, *, begin: float, periods: int, slips: int) -> float:
+    """The smallest displacement of a block, at the start of its slip, that loses the orbit.
+
+    begin : displacement that is tried first; each further one is a third of an octave larger.
+    periods : for which runs are followed. slips : at most so many of a period are tried, spread
+    evenly.
+    """
+    track = Track.of(orbit)
+    starts = _slips(orbit, slips)
+    while begin < LARGEST and not _lost(track, starts, begin, periods):
+        begin *= 2 ** (1 / 3)
+    return begin if begin < LARGEST else np.inf
+
+
+def _slips(orbit: PeriodicOrbit, number: int) -> list[Slip]:
+    """At most so many of the slips of a period, spread evenly."""
+    events = follow(orbit.state, orbit.period_time).events
+    events = events[events["kind"] == "slip"]
+    chosen = events[np.unique(np.linspace(0, len(events) - 1, number).astype(int))]
+    times = [float(event["time"]) for event in chosen]
+    return [
+        Slip(_at(orbit, time + _AFTER), time, int(event["block"]) - 1)
+        for time, event in zip(times, chosen, strict=True)
+    ]
+
+
+def _at(orbit: PeriodicOrbit, time: float) -> ChainState:
+    """The state of an orbit at an instant, as a start."""
+    return replace(follow(orbit.state, time).final_state, time=0.0, scheme=None)
+
+
+def _lost(track: Track, starts: Sequence[Slip], size: float, periods: int) -> bool:
+    """Whether a displacement of this size, forward or back, at one of the slips, loses it."""
+    cases, begun = [], []
+    for state, time, block in starts:
+        for change in (-size, size):
+            displacements = state.displacements.copy()
+            displacements[block] += change
+            start = replace(state, displacements=displacements)
+            cases.append(Case(start, "event", TIME_STEP, None))
+            begun.append(time)
+    left = track.left(cases, begun, periods * track.orbit.period_time)
+    return bool(np.isfinite(left).any())
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """An orbit as the returns of its last block to a length, which runs beside it must follow."""
+
+    orbit: PeriodicOrbit
+    length: float  # x_N of the section
+    times: np.ndarray  # (p,) of the returns in a period
+    states: np.ndarray  # (p, 2N)
+
+    @classmethod
+    def of(cls, orbit: PeriodicOrbit) -> Track:
+        """The returns to the length that the last block crosses fastest."""
+        run = orbit.run(orbit.period_time / max(400, 40 * orbit.period_events))
+        length = _fastest_crossed(run.positions[:, -1])
+        chain = Case(orbit.state, "event", TIME_STEP, None)
+        times, states, _ = _returns([chain], length, orbit.period_time).returns(0)
+        return cls(orbit, length, times, states)
+
+    def left(self, cases: Sequence[Case], begun: Sequence[float], duration: float) -> np.ndarray:
+        """When runs (W,) that begin on the orbit leave it; inf for those that do not.
+
+        begun : instants of the orbit (W,), in its first period, at which they begin.
+        """
+        times = [
+            self._first_away(log.returns(lane), begin, duration)
+            for first in range(0, len(cases), GROUP_SIZE)
+            for log in [_returns(cases[first : first + GROUP_SIZE], self.length, duration)]
+            for lane, begin in enumerate(begun[first : first + GROUP_SIZE])
+        ]
+        return np.array(times)
+
+    def _first_away(self, returns: tuple, begin: float, duration: float) -> float:
+        times, states, _ = returns
+        order = np.searchsorted(self.times, begin) + np.arange(len(times))
+        away = np.abs(states - self.states[order % len(self.times)]).max(axis=1)
+        limit = WIDEST * self.orbit.parameters.by_block("static_friction").max()
+        far = np.append(times[away > limit], np.inf)[0]
+        gaps = np.diff(np.concatenate([[0.0], times, [duration]]))
+        late = gaps > _LATE * self.orbit.period_time
+        missing = np.append(np.append(0.0, times)[late], np.inf)[0]
+        return float(min(far, missing))
+
+
+def _returns(cases: Sequence[Case], length: float, duration: float) -> ReturnLog:
+    section = Section(cases[0].parameters.n_blocks, np.full(len(cases), length))
+    log = ReturnLog(len(cases))
+    observe(integrator_of(cases, section=section), duration, [log], lambda done: None)
+    return log
+
+
+def _fastest_crossed(lengths: np.ndarray) -> float:
+    """The length (T,) whose crossings downwards are fastest, the slowest of them counting."""
+    levels = np.quantile(lengths, np.linspace(0.1, 0.9, 33))
+    before, after = lengths, np.roll(lengths, -1)
+    slowest = [
+        np.min((before - after)[(before > level) & (after <= level)], initial=np.inf)
+        for level in levels
+    ]
+    return float(levels[np.argmax(np.where(np.isfinite(slowest), slowest, 0.0))])
