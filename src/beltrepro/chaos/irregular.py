@@ -16,7 +16,7 @@ from beltrepro.chaos.naming import NO_PERIOD, period_of
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.model.scheme_error import equivalent_kick
+from beltrepro.model.scheme_error import equivalent_displacement
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipOrder
@@ -70,7 +70,7 @@ def time_to_orbit(
     way to a periodic orbit irregular motion is over when the order in which the blocks slip repeats
     from then on: what follows is a smooth approach to the orbit.
 
-    Where kicks, noise or the steps of "verlet" disturb each slip, states come back only about
+    Where noise or the steps of "verlet" disturb each slip, states come back only about
     (`beltrepro.chaos.irregular`). There all states of the second half of a window must come back,
     a sixth of the time so far. A disturbed motion may leave its orbit later.
 
@@ -85,7 +85,7 @@ def time_to_orbit(
     progress : callable, optional
         Called with the fraction done.
     **setup
-        The keywords of `Setup`. Exponents are measured with "event" without kicks only.
+        The keywords of `Setup`. Exponents are measured with "event" only.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def time_to_orbit(
     if not 0 < closed < 1:
         raise InputError(f"closed = {closed:g}: must be greater than 0 and less than 1")
     check_progress(progress)
-    made = setup_of(chains, setup, kicks=True)
+    made = setup_of(chains, setup)
     runs = [_Run(case, case.state.time) for case in made.cases]
     in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
     for begin, end in _windows(duration):
@@ -145,8 +145,7 @@ class _Run:
     @property
     def followed(self) -> bool:
         """Whether a deviation goes along."""
-        exact = self.case.method == METHOD and self.case.kick == 0
-        return exact and self.case.state.time - self.start < _FOLLOWED
+        return self.case.method == METHOD and self.case.state.time - self.start < _FOLLOWED
 
     def move_section(self, position: float) -> None:
         """Note the returns to another section from now on."""
@@ -303,15 +302,14 @@ def _integrator(members: list[_Run]) -> Integrator:
 
 
 def disturbance(case: Case) -> float:
-    """Standard deviation of kicks that disturb each slip as much as it is disturbed.
+    """Standard deviation of displacements that disturb each slip as much as it is disturbed.
 
-    By kicks as they are, by the steps of "verlet" and by the thresholds under noise as
-    `beltrepro.model.scheme_error` says. What the noise does during a slip is left out: it is less
-    by a factor of about sqrt(dt).
+    By the steps of "verlet" and by the thresholds under noise as `beltrepro.model.scheme_error`
+    says. What the noise does during a slip is left out: it is less by a factor of about sqrt(dt).
     """
-    chain = case.parameters
-    steps = equivalent_kick(chain.belt_velocity, case.time_step) * (case.method == "verlet")
-    return math.hypot(steps, case.kick, chain.noise)
+    chain, exact = case.parameters, case.method == METHOD
+    steps = 0.0 if exact else equivalent_displacement(chain.belt_velocity, case.time_step)
+    return math.hypot(steps, chain.noise)
 
 
 def scatters(case: Case) -> tuple[float, ...]:

@@ -47,7 +47,4 @@ def _kinds() -> dict[str, Any]:
         for method in METHODS:
             calls[f"{method}, {words}"] = partial(runs, chain, method)
         calls[f"exponents, {words}"] = partial(chaos.lyapunov_spectrum, chain, **short)
-        calls[f"kicks, {words}"] = partial(
-            chaos.time_to_orbit, chain, kick=0.1, duration=short["duration"]
-        )
     return calls

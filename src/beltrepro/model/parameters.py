@@ -34,7 +34,6 @@ LIMITS: dict[str, dict[str, Any]] = {
     "weakening_velocity": _POSITIVE,
     "viscosity": _NOT_NEGATIVE,
     "initial_spread": _NOT_NEGATIVE,
-    "kick": _NOT_NEGATIVE,
     "duration": {"gt": 0, "le": LONGEST},
     "time_step": {"ge": 1e-9, "le": 0.1},  # oscillations take 3
     "tolerance": {"ge": 1e-16, "le": 1},  # of forces of some tens, which round by 1e-16 of them

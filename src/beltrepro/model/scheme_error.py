@@ -16,6 +16,6 @@ A threshold that is larger by f lets the slip start f / 2 further on: u t = f / 
 import math
 
 
-def equivalent_kick(belt_velocity: float, time_step: float) -> float:
+def equivalent_displacement(belt_velocity: float, time_step: float) -> float:
     """Standard deviation of normal displacements that disturb slips as much as the scheme does."""
     return belt_velocity * time_step / math.sqrt(3.0)

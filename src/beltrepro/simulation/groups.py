@@ -9,17 +9,12 @@ from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.threads import in_threads
 from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
-from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import METHODS, Case
 
-# By the method of the cases, or what kicked ones take. As a table, so that the code behind a job of
-# the workflow is that of its own integrator.
-INTEGRATORS: dict[str, Any] = {
-    "verlet": METHODS["verlet"],
-    "event": METHODS["event"],
-    "kicked": KickedIntegrator,
-}
+# By the method of the cases. As a table, so that the code behind a job of the workflow is that of
+# its own integrator.
+INTEGRATORS: dict[str, Any] = {"verlet": METHODS["verlet"], "event": METHODS["event"]}
 
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
@@ -112,10 +107,7 @@ def integrator_of(
         "section": section,
         **first.accuracy,
     }
-    states = [case.state for case in members]
-    if first.kick > 0:
-        settings["sizes"] = [case.kick for case in members]
-    return INTEGRATORS["kicked" if first.kick > 0 else first.method](states, **settings)
+    return INTEGRATORS[first.method]([case.state for case in members], **settings)
 
 
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Report) -> None:

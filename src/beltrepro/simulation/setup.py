@@ -33,7 +33,6 @@ PerChain: TypeAlias = T | Sequence[T]
 """One value for all chains, or one for each."""
 
 METHODS = {"verlet": verlet_integrator, "event": EventIntegrator}
-KICKED = "event"  # the method whose starts of slips can be kicked
 # Tolerance of a step that a method takes unless told otherwise, for those that have one.
 TOLERANCES: dict[str, float] = {
     name: signature(integrator).parameters["tolerance"].default
@@ -41,7 +40,7 @@ TOLERANCES: dict[str, float] = {
     if "tolerance" in signature(integrator).parameters
 }
 DEFAULT_SEED = 1
-_MEANS = ("method", "time_step", "tolerance", "kick", "initial_spread")
+_MEANS = ("method", "time_step", "tolerance", "initial_spread")
 _STEP_SHARE = 1e-6  # by which an instant may miss a whole number of steps
 _INITIAL_POSITIONS = 1  # purpose of a random stream: initial positions, not friction
 
@@ -54,7 +53,6 @@ class Case:
     method: str
     time_step: float
     tolerance: float | None  # as asked for; None for the method's own
-    kick: float = 0.0  # standard deviation of the move of a block that starts to slip, model length
     initial_spread: float = 0.0  # with which the state was made
 
     @property
@@ -68,7 +66,7 @@ class Case:
         # An integrator may treat chains without noise in another way, and what a chain does must
         # not depend on the others.
         chain = self.parameters
-        numerics = self.method, self.time_step, self.tolerance, self.kick > 0
+        numerics = self.method, self.time_step, self.tolerance
         return chain.n_blocks, chain.law, chain.noise > 0, self.state.time, *numerics
 
     @property
@@ -84,10 +82,8 @@ class Case:
         state = self.state
         arrays = [state.displacements, state.relative_velocities, state.directions]
         if self.parameters.noise > 0:
-            arrays += [state.thresholds]
-        if self.parameters.noise > 0 or self.kick > 0:
-            arrays += [state.stream]
-        return self.parameters, self.kind, self.kick, *(array.tobytes() for array in arrays)
+            arrays += [state.thresholds, state.stream]
+        return self.parameters, self.kind, *(array.tobytes() for array in arrays)
 
 
 @names.checked
@@ -124,9 +120,6 @@ class Setup:
         Where to go on, for instance `final_state` of a run, see docs/states.md. Time goes on from
         that of the state. The chain may have another belt velocity, noise or law than that of the
         state (`ChainState.under`), and another method may go on.
-    kick : float
-        Standard deviation of the displacement that each block gets when it starts to slip, model
-        length; for "event" only, and for `time_to_orbit`.
     workers : int or None
         Cores on which several chains are advanced at once; None for all that there are. No number
         depends on it.
@@ -149,7 +142,6 @@ class Setup:
     initial_positions: ArrayLike | Sequence[ArrayLike] | None = None
     initial_spread: PerChain[float] = 0.0
     initial_state: PerChain[ChainState] | None = None
-    kick: PerChain[float] = 0.0
     workers: int | None = 1
     cases: tuple[Case, ...] = field(init=False)
 
@@ -184,7 +176,6 @@ class Keywords(TypedDict, total=False):
     initial_positions: ArrayLike | Sequence[ArrayLike] | None
     initial_spread: PerChain[float]
     initial_state: PerChain[ChainState] | None
-    kick: PerChain[float]
     workers: int | None
 
 
@@ -197,20 +188,16 @@ def with_setup(function: F) -> F:
     return names.checked(function, also=KEYWORDS)
 
 
-def setup_of(chains: Chains, keywords: Mapping[str, Any], *, kicks: bool = False) -> Setup:
+def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
     """The setup that a function is given, or that it makes of chains and keywords."""
     if not isinstance(chains, Setup):
-        setup = Setup(chains, **keywords)
-    elif keywords:
+        return Setup(chains, **keywords)
+    if keywords:
         name = next(iter(keywords))
         raise InputError(
             f"{name}: not together with a Setup; dataclasses.replace(setup, {name}=...) has it"
         )
-    else:
-        setup = chains
-    if not kicks and (kick := max(case.kick for case in setup.cases)) > 0:
-        raise InputError(f"kick = {kick:g}: only for time_to_orbit")
-    return setup
+    return chains
 
 
 def _workers(value: Any) -> int:
@@ -325,7 +312,6 @@ _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "method": partial(names.one_of, allowed=METHODS),
     "time_step": partial(checks.within, **LIMITS["time_step"]),
     "tolerance": check_tolerance,
-    "kick": partial(checks.within, **LIMITS["kick"]),
     "seed": partial(_or_none, checks.key),
     "replicate": partial(_or_none, checks.key),
     "initial_spread": partial(checks.within, **LIMITS["initial_spread"]),
@@ -372,13 +358,11 @@ def _cases(chains: Sequence[ChainParameters], values: dict[str, list]) -> tuple[
 
 def _check_means(chain: ChainParameters, row: Mapping[str, Any]) -> None:
     """That a method can advance a chain as asked."""
-    method, tolerance, kick = row["method"], row["tolerance"], row["kick"]
+    method, tolerance = row["method"], row["tolerance"]
     if tolerance is not None and method not in TOLERANCES:
         raise InputError(
             f"tolerance = {tolerance:g}: method {method!r} has none, only {', '.join(TOLERANCES)}"
         )
-    if kick > 0 and method != KICKED:
-        raise InputError(f"kick = {kick:g}: method {method!r} has none, only {KICKED!r}")
     if method == "event" and (text := noise_beyond_event(chain)):
         raise InputError(f"noise {text}")
 
@@ -445,7 +429,7 @@ def _warn_of_repeats(cases: Sequence[Case]) -> None:
     if len({case.parameters for case in cases}) == len(cases):
         return
     if repeated := len(cases) - len({case.identity for case in cases}):
-        noise = any(case.parameters.noise > 0 or case.kick > 0 for case in cases)
+        noise = any(case.parameters.noise > 0 for case in cases)
         advice = "" if noise else " and an initial_spread"
         warnings.warn(
             f"{repeated} of {len(cases)} chains repeat another bit by bit; for runs that differ "

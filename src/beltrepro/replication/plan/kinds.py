@@ -71,7 +71,6 @@ class Kind:
     settings: tuple[str, ...]  # what it is told besides points: names in SETTINGS
     record: str  # the function that records it, as module:function
     checks: tuple[Callable[[dict, Sequence[Point]], Complaint], ...] = ()
-    kicks: bool = False  # whether its runs can be kicked
 
     @property
     def description(self) -> str:
@@ -85,7 +84,7 @@ class Kind:
 
     def complaint(self, settings: dict, points: Sequence[Point]) -> Complaint:
         """The first value that fits its type and still cannot be meant."""
-        complaints = [_kicked(self, points), _of_event(points), _law(points)]
+        complaints = [_tolerance(points), _law(points)]
         complaints += [check(settings, points) for check in self.checks]
         return next(filter(None, complaints), None)
 
@@ -195,18 +194,11 @@ def _tangent(settings: dict, points: Sequence[Point]) -> Complaint:
     return None
 
 
-def _kicked(kind: Kind, points: Sequence[Point]) -> Complaint:
-    kicks = [point.kick for point in points if point.kick > 0]
-    if kicks and not kind.kicks:
-        return "kick", f"= {kicks[0]:g}: kind {kind.name} has none"
-    return None
-
-
-def _of_event(points: Sequence[Point]) -> Complaint:
+def _tolerance(points: Sequence[Point]) -> Complaint:
     for point in points:
-        for name, value in (("kick", point.kick or None), ("tolerance", point.tolerance)):
-            if value is not None and point.method != "event":
-                return name, f"= {value:g}: method {point.method} has none, only event"
+        if point.tolerance is not None and point.method != "event":
+            text = f"= {point.tolerance:g}: method {point.method} has none, only event"
+            return "tolerance", text
     return None
 
 
@@ -226,7 +218,7 @@ def record(
     """Simulate points and record what their kind says."""
     from beltrepro.simulation.setup import Setup
 
-    names = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread", "kick")
+    names = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread")
     numerics: dict = {name: [getattr(point, name) for point in points] for name in names}
     setup = Setup([chain(point) for point in points], **numerics)
     simulate: Callable[..., Arrays] = resolve_name(KINDS[kind].record)
@@ -303,7 +295,7 @@ KINDS = {
             "beltrepro.chaos:classify",
             (_transient, _tangent),
         ),
-        Kind("settling", ("duration", "closed"), "beltrepro.chaos:time_to_orbit", kicks=True),
+        Kind("settling", ("duration", "closed"), "beltrepro.chaos:time_to_orbit"),
         Kind(
             "trial",
             ("duration", "transient", "sample_interval", "laminar_time"),

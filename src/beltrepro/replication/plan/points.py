@@ -86,7 +86,6 @@ class Point(NamedTuple):
     method: Method
     time_step: float
     tolerance: float | None
-    kick: float
     seed: int
     replicate: int
 
@@ -94,7 +93,7 @@ class Point(NamedTuple):
 _CHAIN = {one.name: one.default for one in fields(ChainParameters) if one.default is not MISSING}
 _SETUP = {
     **{"initial_spread": 0.0, "method": "event", "time_step": 0.001, "tolerance": None},
-    **{"kick": 0.0, "seed": 1, "replicate": 0},
+    **{"seed": 1, "replicate": 0},
 }
 _KEYS = {name: {"ge": 0, "le": 2**32 - 1} for name in ("seed", "replicate")}
 QUANTITIES = described(WORDS["quantities"], Point, _CHAIN | _SETUP, LIMITS | _KEYS)

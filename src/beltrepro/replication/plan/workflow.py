@@ -209,10 +209,8 @@ class Workflow:
     def code_of_batch(self, wildcards: Any) -> str:
         """Code behind a batch: the function of its kind, by its own integrator."""
         dataset = self.plan.datasets[wildcards.dataset]
-        points = dataset.batches[wildcards.batch]
-        kicked = {"kicked" for point in points if point.kick > 0}
-        choices = sorted({point.method for point in points} | kicked)
-        return self.code("simulate.py", dataset.kind.record, choices=tuple(choices))
+        choices = {point.method for point in dataset.batches[wildcards.batch]}
+        return self.code("simulate.py", dataset.kind.record, choices=tuple(sorted(choices)))
 
     def code_of_table(self, wildcards: Any) -> str:
         """Code behind a table: the function of its name."""
