@@ -6,7 +6,6 @@ import pytest
 from advancing import assert_equal_bits, at_rest, integrator, recorded, small_buffers
 from beltrepro import ChainParameters
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.kicks import KickedIntegrator
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet, SteppingVerlet
 
@@ -15,7 +14,6 @@ MIXED = (0.0, 1.0, 0.3)
 KINDS = {
     "event": (EventIntegrator, MIXED, {}),
     "event, other law": (EventIntegrator, MIXED, DISORDER),
-    "kicked": (KickedIntegrator, MIXED, {}),
     "tangent": (TangentIntegrator, MIXED, {}),
     "leaping": (LeapingVerlet, (0.0,), {}),
     "stepping": (SteppingVerlet, (0.0,), {}),
@@ -32,8 +30,6 @@ def followed(name, numbers, rows=None):
     ]
     starts = np.random.default_rng(5).uniform(-1, 1, (37, 3))[list(numbers)]
     settings: dict = {"time_step": 0.005, "stride": 7, "section": (3, 320.0)}
-    if kind is KickedIntegrator:
-        settings["sizes"] = [0.05 * (i % 4) for i in numbers]
     if kind is TangentIntegrator:
         settings["n_vectors"] = 2
     states = at_rest(chains, chains[0].rest_positions + starts, numbers)

@@ -40,9 +40,9 @@ LAW = [field.name for field in fields(ChainParameters)[3:]]
 
 def points_of(changes):
     """Two points that differ in what `changes` says: a field of the chain, or what it is told."""
-    usual = {"method": "event", "time_step": 0.001, "tolerance": None, "kick": 0.1, "seed": 1,
+    usual = {"method": "event", "time_step": 0.001, "tolerance": None, "seed": 1,
              "replicate": 1, "initial_spread": 0.1}  # fmt: skip
-    options: dict = {name: [value] * 2 for name, value in usual.items()} | {"kick": 0.0}
+    options: dict = {name: [value] * 2 for name, value in usual.items()}
     chain, other = [ChainParameters(2, 20.0, noise=0.01)] * 2
     for name, value in changes.items():
         if name == "initial_positions":
@@ -68,8 +68,6 @@ def points_of(changes):
         ({"n_blocks": 3}, False),
         # friction that weakens cannot be noisy, as these chains are
         *(({name: 0.3}, False) for name in LAW if name != "weakening_velocity"),
-        ({"kick": 0.0}, False),
-        ({"kick": 0.2}, True),
         ({"noise": 2.0}, True),
         ({"belt_velocity": 21.0}, True),
         ({"seed": 2}, True),

@@ -230,7 +230,6 @@ def test_values_are_taken_up_to_their_limits(name, inner, outer):
         ("datasets.n5_rows_check.like", "n5_row", "did you mean 'n5_rows'"),
         ("datasets.n5_rows.like", "n5_rows_check", "a dataset cannot be like itself"),
         ("datasets.lifetimes.tolerance", "small", "must be a number or null"),
-        ("datasets.lifetimes.kick", 0.1, "kick = 0.1: kind escapes has none"),
         ("datasets.motion_map.method", "verlet", "method = verlet: only event has a tangent"),
         ("datasets.u17.friction_ratio", 0.9, "u17.noise = 2.2: with friction_ratio = 0.9 and"),
         ("datasets.u1.sample_interval", 0.0015, "0.0015: method verlet needs a multiple of time_"),

@@ -79,7 +79,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
         assert settings == spec["settings"] | {"progress": print}
         for row, (point, case) in enumerate(zip(points, cases, strict=True)):
             assert all(getattr(case.parameters, name) == getattr(point, name) for name in CHAIN)
-            for name in ("method", "time_step", "tolerance", "kick", "initial_spread"):
+            for name in ("method", "time_step", "tolerance", "initial_spread"):
                 assert getattr(case, name) == getattr(point, name)
             assert (case.state.seed, case.state.replicate) == (point.seed, point.replicate)
             for name, values in columns.items():

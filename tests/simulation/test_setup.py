@@ -87,7 +87,6 @@ ARGUMENTS = [
     (lyapunov_spectrum, {"duration": 340.0, "transient": 50.0, "n_exponents": 2}),
     (lyapunov_spectrum, {"noise_clock": "laboratory"}),
     (classify, {"duration": 340.0, "transient": 50.0, "noise_clock": "laboratory"}),
-    (time_to_orbit, {"duration": 300.0, "kick": 0.1}),
 ]
 
 
@@ -326,7 +325,6 @@ LATER, STEPS = {"initial_state": STATE}, {"method": "verlet"}
         (CHAIN, {"seed": [1, 2], "replicate": [1, 2, 3]}, "replicate of length 3: one value for"),
         ([CHAIN] * 2, {"seed": [1, 2.5]}, "seed = 2.5: a whole number"),
         (CHAIN, {"metod": "event"}, "simulate has no argument 'metod'; did you mean 'method'?"),
-        (CHAIN, {"kick": 0.1}, "kick = 0.1: only for time_to_orbit"),
         (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
         (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
         (NOISY, {"initial_positions": [60.0, 55.0, 120.0]}, "must be positive and increasing"),
