@@ -146,6 +146,22 @@ def test_boundaries_between_sequences_lie_where_the_reference_has_them(seed, cou
     assert grazing >= least
 
 
+@pytest.mark.filterwarnings("ignore:.*loading is measured")
+def test_the_error_falls_as_the_tolerance():
+    """As the step to the power ORDER - 1, and the step as the tolerance to 1/17 to 1/16."""
+    tolerances = 10.0 ** -np.arange(1, 8)
+
+    def places(tolerance):
+        how = {"tolerance": tolerance, "initial_spread": 1.0, "replicate": range(8)}
+        runs = simulate([ChainParameters(5, 20.0)] * 8, duration=30, method="event", **how)
+        return np.array([run.positions for run in runs])
+
+    exact_places = places(1e-14)
+    errors = [np.abs(places(tolerance) - exact_places).max(axis=(1, 2)) for tolerance in tolerances]
+    means = np.sqrt(np.mean(np.square(errors), axis=1))
+    assert np.polyfit(np.log(tolerances), np.log(means), 1)[0] == pytest.approx(1.06, abs=0.08)
+
+
 # --- roots ---
 
 

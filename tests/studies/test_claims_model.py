@@ -9,6 +9,7 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters, spring, units
+from beltrepro.replication.studies.laws import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, OPEN, YES
 from made_up import LAW, LEDGER, SETTINGS, both, few_resamples, grades, measured, scan_of_laws  # noqa: F401
 
@@ -242,3 +243,16 @@ def test_the_order_of_runs_needs_paths_with_events():
                         (paths(1, events=4), "0 starts with so many events")):  # fmt: skip
         with pytest.raises(NotEnoughDataError, match=match):
             measured("scheme-order", "after 5 slips and sticks", **made)
+
+
+def test_errors_are_those_of_the_sample_after_an_event_and_above_rounding():
+    made = paths(1, starts=4, scatter=0.0)
+    tested, reference = (made[f"pairs_paths_{name}"].arrays for name in ("verlet", "event"))
+    tested["positions"] = tested["positions"] * tested["time"][:, None]
+    reference["positions"] = 0 * reference["positions"]
+    steps, errors = measure.errors_of_runs(tested, reference, 5, 20.0, 6)
+    # events at 0, 1.2, ... 6.0, samples each 0.5
+    np.testing.assert_allclose(errors, np.tile(1e3 * steps * 6.5, (4, 1)))
+    rounded = [1e-12, *1e-3 * steps[1:]]
+    assert measure._order(steps, rounded) == pytest.approx(1)
+    assert np.isnan(measure._order(steps[:3], rounded[:3]))

@@ -5,23 +5,17 @@ import math
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy import stats
 
 from beltrepro.base.store import Dataset
-from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import SLIP
 from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.config import load_config
-from beltrepro.replication.plan.kinds import record
 from beltrepro.replication.plan.plan import make_plan
-from beltrepro.replication.plan.points import LAW, QUANTITIES
-from beltrepro.replication.studies.integrators import agreement_trajectories, divergence, samples
 from beltrepro.replication.studies.integrators import measure as integrators
-from beltrepro.replication.studies.integrators.steps import mean_step
+from beltrepro.replication.studies.integrators import samples
 from beltrepro.replication.studies.transition.transients import STICK_SLIP, labels_of
-from beltrepro.simulation import TOLERANCES
 
 RNG = np.random.default_rng
 CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
@@ -226,181 +220,6 @@ def test_largest_of_many():
     assert within(np.mean(largest > samples.largest_of(28)), 0.05, 2000)
 
 
-# --- trajectories ---------------------------------------------------------------------------------
-
-EVENT = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
-
-
-def events(times, *, block=1, run=0, first="slip"):
-    other = {"slip": "stick", "stick": "slip"}[first]
-    rows = [(run, time, block, (first, other)[k % 2]) for k, time in enumerate(times)]
-    return np.array(rows, EVENT)
-
-
-def test_events_are_shared_until_they_part():
-    reference = events([1.0, 2.0, 3.0, 4.0])
-    time, shift = divergence.match_events(events([1.1, 2.2, 3.4, 4.8]), reference)
-    assert time.tolist() == [1, 2, 3]
-    np.testing.assert_allclose(shift, [0.1, 0.2, 0.4])
-    assert divergence.match_events(events([1.0, 2.0], first="stick"), reference)[0].size == 0
-    assert divergence.match_events(reference[:0], reference)[0].size == 0
-    for later, shared in ((0.499, 4), (-0.499, 4), (0.5, 1), (-0.5, 1)):
-        moved = events([1.0, 2.0 + later, 3.0, 4.0])
-        assert divergence.match_events(moved, reference)[0].size == shared
-    # events of other blocks may come in another order
-    reference = np.concatenate([events([1.0, 3.0]), events([1.01, 2.0], block=2)])
-    tested = np.concatenate([events([1.02, 3.0]), events([1.0, 2.0], block=2)])
-    time, shift = divergence.match_events(tested, reference)
-    np.testing.assert_allclose(time, [1, 1.01, 2, 3])
-    np.testing.assert_allclose(shift, [0.02, -0.01, 0, 0])
-
-
-def pair(separation, event_times, shifts=()):
-    return divergence.Pair(
-        time=np.arange(len(separation), dtype=float),
-        separation=np.array(separation, dtype=float),
-        event_time=np.arange(len(shifts), dtype=float),
-        event_shift=np.array(shifts, dtype=float),
-        reference_events=np.array(event_times, dtype=float),
-    )
-
-
-def test_errors_after_events_by_hand():
-    one = pair([0, 0.1, 0.2, 0.5, 1.0, 1.01], [1.0, 2.5, 5.0])
-    assert one.parting_time == 5  # beyond 1, not at 1
-    # the sample after an event, not the one at it; none after the last
-    np.testing.assert_array_equal(
-        [one.error_after(n) for n in range(5)], [0, 0.2, 0.5, np.nan, np.nan]
-    )
-    assert pair([0.3, 0.7, 0.2], []).error_after(0) == 0.7
-    assert pair([0.3], [0.0]).error_after(0) == 0
-    assert pair([0, 1, 0.5], []).parting_time == np.inf
-    # root mean square, where all members have one
-    rows = divergence._errors({"at": 7}, [pair([0, 3, 3], [0.5, 1.5]), pair([0, 4, 9], [0.5])])
-    after = {row["after_events"]: row["error"] for row in rows}
-    assert after == {0: 0.0, 1: pytest.approx(math.sqrt((9 + 16) / 2))}
-    assert all((row["at"], row["members"]) == (7, 2) for row in rows)
-
-
-def test_a_summary_takes_medians_over_members():
-    members = [
-        pair([0, 2], [0.5], shifts=[0.1] * 10 + [-9.0]),
-        pair([0, 0, 2], [0.5, 0.6, 0.7], shifts=[-0.3]),
-        pair([0, 0, 0], [0.5] * 8, shifts=[0.2, 0.0]),
-    ]
-    medians = {"parting_time": 2, "shared_events": 2, "reference_events": 3}
-    shifts = {"first_shift": 0.2, "shift": 0.3}
-    assert divergence._summary(members) == {"members": 3} | medians | shifts
-    assert np.isnan(divergence._summary([pair([0], [])])["shift"])
-
-
-def test_order_of_convergence_is_that_of_the_errors_above_rounding():
-    steps = np.array([4e-3, 2e-3, 1e-3, 5e-4])
-    for order in (1.0, 2.0, 0.5):
-        assert divergence.convergence_order(steps, 7 * steps**order) == pytest.approx((order, 0))
-        scores = []
-        for noise in np.exp(0.1 * RNG(8).standard_normal((400, 4))):
-            fitted, error = divergence.convergence_order(steps, 7 * steps**order * noise)
-            scores.append((fitted - order) / error)
-        assert stats.kstest(scores, stats.t(2).cdf).pvalue > 1e-3
-    assert np.isnan(divergence.convergence_order(steps[:2], [1, 2])[0])
-    assert np.isnan(divergence.convergence_order(steps[:3], [1e-12, 1, 2])[0])
-    for first, order in ((0.8e-9, 2), (1.2e-9, 11)):
-        fitted, _ = divergence.convergence_order(steps[::-1], [first, 4, 16, 64])
-        assert fitted == pytest.approx(order, abs=0.5)
-    assert divergence.convergence_order(steps[::-1], [1e-12, 4, 16, 64], rounding=1e-13)[0] > 10
-
-
-def trajectories(steps, *, slope=1.0, members=3):
-    """Chains of 2 and 1 blocks whose error grows linearly from the first event, at t = 10, on."""
-    time = np.arange(0.0, 40.5, 0.5)
-    rows = [(n, 20.0, m, step) for n in (1, 2) for step in steps for m in range(members)]
-    n_blocks, velocity, member, step = (np.array(column) for column in zip(*rows, strict=True))
-    drift = slope * np.maximum(time - 10, 0)
-    positions = 50.0 + time + member[:, None] + step[:, None] * drift
-    positions = np.repeat(positions[..., None], 2, axis=2)
-    positions[n_blocks == 1, :, 1] = np.nan
-    recorded = [events([10.0, 20 + s, 30 + 2 * s], run=run) for run, s in enumerate(step)]
-    return {
-        "n_blocks": n_blocks,
-        "belt_velocity": velocity,
-        "noise": np.zeros(len(rows)),
-        "replicate": member,
-        "time_step": step,
-        "allowed_error": np.full(len(rows), np.nan),
-        "step": step,
-        "time": time,
-        "positions": positions,
-        "events": np.concatenate(recorded),
-    }
-
-
-MADE_UP = [*10.0 ** -np.arange(1, 10), 1e-14]
-
-
-def by_tolerance(tolerances=MADE_UP, *, order=15):
-    """The same at dt = 0.001 for an integrator with mean step tolerance^(1/14) and this order."""
-    runs = trajectories(np.asarray(tolerances) ** (order / 14))
-    error = runs["time_step"]
-    columns = {"step": error ** (1 / order), "allowed_error": error ** (14 / order)}
-    return runs | columns | {"time_step": np.full(error.size, 0.001)}
-
-
-def test_errors_and_partings_of_known_trajectories():
-    steps = [0.004, 0.002, 0.001]
-    reference = trajectories([1e-12, 0.5])
-    partings = divergence.partings(trajectories(steps), reference)
-    errors = divergence.errors_by_step(trajectories(steps), reference)
-    assert len(partings) == 2 * len(steps)
-    row = next(row for row in partings if row["time_step"] == 0.002 and row["n_blocks"] == 2)
-    assert row["members"] == 3 and row["parting_time"] == np.inf
-    assert (row["shared_events"], row["reference_events"]) == (3, 3)
-    assert row["first_shift"] == pytest.approx(0.004)
-    table = {(row["n_blocks"], row["after_events"], row["time_step"]): row for row in errors}
-    assert {key[1] for key in table} == {0, 1, 2}
-    assert table[1, 0, 0.004]["error"] == 0 and np.isnan(table[1, 0, 0.004]["order"])
-    assert table[1, 1, 0.004]["error"] == pytest.approx(0.5 * 0.004)
-    assert table[2, 2, 0.002]["error"] == pytest.approx(10.5 * 0.002, rel=1e-6)
-    assert table[2, 2, 0.002]["order"] == pytest.approx(1, abs=1e-6)
-    # a run of the reference is not compared with itself
-    partings = divergence.partings(reference, reference)
-    assert {row["time_step"] for row in partings} == {0.5}
-    assert all(row["parting_time"] == 12.5 for row in partings)
-
-
-@pytest.mark.parametrize("order", [15, 12])
-def test_order_in_the_step_is_found_from_tolerances(order):
-    rows = divergence.errors_by_tolerance(by_tolerance(order=order))
-    assert len(rows) == 2 * 3 * (len(MADE_UP) - 1)
-    for row in rows:
-        assert (row["varied"], row["time_step"], row["members"]) == ("tolerance", 0.001, 3)
-        assert row["tolerance"] == pytest.approx(row["step"] ** 14)
-        if row["after_events"] == 0:
-            assert row["error"] == 0 and np.isnan(row["order"])
-        else:
-            assert row["order"] == pytest.approx(order, abs=1e-3) and row["order_error"] < 1e-2
-    assert divergence.errors_by_tolerance(trajectories([0.001])) == []
-    assert divergence.errors_by_tolerance(by_tolerance([1e-10])) == []
-
-
-def test_steps_are_those_of_the_scheme_or_those_that_the_tolerance_allows():
-    chain = {"n_blocks": 2, "belt_velocity": 20.0}
-    law = {name: QUANTITIES[name].default for name in ("noise", *(one.name for one in LAW))}
-    runs = {name: np.full(3, value) for name, value in (chain | law).items()}
-    time = np.linspace(0, 40, 201)[:, None]
-    positions = np.array([50.0, 100.0]) + 10 * np.sin(time)
-    runs |= {
-        "time_step": np.array([0.002, 0.001, 0.001]),
-        "allowed_error": np.array([np.nan, 1e-10, 1e-4]),
-        "positions": np.repeat(positions[None], 3, axis=0),
-        "velocities": np.repeat(10 * np.cos(time) * np.ones((1, 201, 2)), 3, axis=0),
-    }
-    steps = divergence.with_steps(runs)["step"]
-    motion = runs["positions"][0], runs["velocities"][0], ChainParameters(**chain)
-    assert steps[0] == 0.002 and steps[2] > steps[1] > 0.01
-    assert steps[1:].tolist() == [mean_step(*motion, tolerance) for tolerance in (1e-10, 1e-4)]
-
-
 # --- from datasets to tables ----------------------------------------------------------------------
 
 
@@ -462,9 +281,6 @@ def made_up():
     """The datasets of all tables; the sides differ in length, number and order of runs."""
     shared = [(5, 10.0, 1.0), (5, 30.0, 1.0), (7, 10.0, 5.0)]
     arrays = {
-        "pairs_paths_verlet": trajectories([0.004, 0.002, 0.001]),
-        "pairs_paths_event": trajectories([0.001, 0.002], slope=0.0),
-        "pairs_paths_tolerances": by_tolerance(),
         "pairs_r_verlet": scan_of([*shared, (5, 50.0, 1.0)], 19, 6),
         "pairs_r_event": scan_of([(9, 9.0, 9.0), *shared], 20, 9),
         "pairs_slips_verlet": catalogue(10, [3, 2, 2, 3, 3, 2]),
@@ -472,21 +288,19 @@ def made_up():
         "pairs_states_verlet": ends(21, steps=(0.004, 0.002, 0.001), runs=7),
         "pairs_states_event": ends(22, steps=(0.002, 0.001), runs=11),
     }
-    lengths = {"verlet": (1000.0, 100.0), "event": (640.0, 40.0), "tolerances": (1.0, 0.0)}
+    lengths = {"verlet": (1000.0, 100.0), "event": (640.0, 40.0)}
     made = {}
     for name, columns in arrays.items():
-        side = name.rpartition("_")[2]
-        about = dict(zip(("duration", "transient"), lengths[side], strict=True))
-        made[name] = Dataset(columns, about | {"method": side.replace("tolerances", "event")})
+        method = name.rpartition("_")[2]
+        about = dict(zip(("duration", "transient"), lengths[method], strict=True))
+        made[name] = Dataset(columns, about | {"method": method})
     return made
 
 
 @pytest.fixture(scope="module")
 def tables(made_up):
-    """All tables; made-up trajectories bring their steps."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(divergence, "with_steps", lambda runs: runs)
-        return {name: getattr(integrators, name)(made_up) for name in integrators.TABLES}
+    """All tables."""
+    return {name: getattr(integrators, name)(made_up) for name in integrators.TABLES}
 
 
 def numbers_of_scan(side, run):
@@ -582,29 +396,13 @@ def test_families_are_judged_each_by_itself():
     assert (second["tested"], second["reference"]) == ("one", "two")
 
 
-def test_trajectories_have_a_row_for_each_point_and_step(tables):
+def test_tables_have_their_columns_and_a_row_for_each_family(tables):
     assert len(tables["families"]) == 6 + 8 + 2 * 3 * 3
-    steps = tables["partings"].groupby("method")["time_step"].unique()
-    assert sorted(steps["verlet"]) == [0.001, 0.002, 0.004] and list(steps["event"]) == [0.002]
-    assert tables["convergence"].groupby(["method", "varied"]).size().to_dict() == {
-        ("event", "time_step"): 2 * 3,
-        ("event", "tolerance"): 2 * 3 * (len(MADE_UP) - 1),
-        ("verlet", "time_step"): 2 * 3 * 3,
-    }
     for name, entry in registry.tables().items():
         assert name not in tables or set(entry.columns) <= set(tables[name]), name
 
 
-# --- pages and runs -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("tolerances", "drawn"), [([1e-10], False), ([1e-4, 1e-10], True)])
-def test_few_tolerances_are_drawn_or_missed(monkeypatch, made_up, tolerances, drawn):
-    monkeypatch.setattr(divergence, "with_steps", lambda runs: runs)
-    about = made_up["pairs_paths_tolerances"].attributes
-    data = made_up | {"pairs_paths_tolerances": Dataset(by_tolerance(tolerances), about)}
-    figure = agreement_trajectories.draw(data | {"convergence": integrators.convergence(data)})
-    assert bool(figure.axes[3].lines) == drawn and bool(figure.axes[3].texts) != drawn
+# --- runs -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("preset", ["standard", "paper"])
@@ -619,40 +417,3 @@ def test_samples_are_as_large_as_promised(preset):
     assert {0.002, 0.001, 0.0005} <= set(states["time_step"])
     for method, kind in itertools.product(METHODS, ("paths", "states")):
         assert 0.001 in datasets[f"pairs_{kind}_{method}"].values()["time_step"]
-    assert 1e-10 in datasets["pairs_paths_tolerances"].values()["tolerance"]
-
-
-def run(name, n_replicates=2, **changes):
-    """Arrays of the first points of a dataset of the smoke preset, of shorter runs."""
-    dataset = make_plan(CONFIG | {"preset": "smoke"}).datasets[name]
-    short = {"duration": 20.0, "transient": 5.0}
-    settings = dataset.settings | {
-        name: min(short[name], dataset.settings[name]) for name in short if name in dataset.settings
-    }
-    chosen = [point._replace(**changes) for point in dataset.points]
-    chosen = [point for point in dict.fromkeys(chosen) if point.replicate < n_replicates]
-    return record(dataset.kind.name, chosen, settings)
-
-
-@pytest.mark.thorough
-def test_paths_begin_in_the_same_states():
-    first = []
-    for method in METHODS:
-        arrays = run(f"pairs_paths_{method}", time_step=0.001)
-        first.append(arrays["positions"][:, 0])
-        order = np.lexsort((arrays["events"]["time"], arrays["events"]["point"]))
-        assert (np.diff(order) > 0).all()
-    np.testing.assert_array_equal(first[0][:, :2], first[1][:, :2])
-    assert not np.array_equal(first[0][0], first[0][1])
-
-
-def test_errors_fall_with_the_tolerance():
-    """From runs to rows, by the integrator that has a tolerance."""
-    arrays = run("pairs_paths_tolerances", n_replicates=4, n_blocks=2)
-    assert set(arrays["allowed_error"]) == {1e-2, 1e-4, 1e-6, TOLERANCES["event"], 1e-14}
-    rows = pd.DataFrame(divergence.errors_by_tolerance(divergence.with_steps(arrays)))
-    rows = rows[rows["after_events"] == 5]
-    assert rows["tolerance"].tolist() == [1e-2, 1e-4, 1e-6, 1e-10]
-    errors = rows["error"].tolist()
-    assert errors[0] > 30 * errors[1] > 900 * errors[2] > 0 and errors[3] < 1e-11
-    assert (np.diff(rows["step"]) < 0).all() and 12 < rows["order"].iloc[0] < 18

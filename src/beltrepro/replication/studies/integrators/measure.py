@@ -12,8 +12,7 @@ import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.integrators import divergence, samples
-from beltrepro.replication.studies.integrators.divergence import PLACE
+from beltrepro.replication.studies.integrators import samples
 from beltrepro.replication.studies.transition import transients
 
 TABLES = {
@@ -38,10 +37,6 @@ TABLES = {
             "pairs_states_event",
         )
     ),
-    "partings": Table(uses=("pairs_paths_verlet", "pairs_paths_event")),
-    "convergence": Table(
-        uses=("pairs_paths_verlet", "pairs_paths_event", "pairs_paths_tolerances")
-    ),
 }
 
 DISORDER = "disorder parameter r"
@@ -49,7 +44,7 @@ STILL_STICKING = "share that still sticks at the end"
 FINAL_DISORDER = "disorder parameter r at the end"
 LIFETIME = "lifetime of the chaotic transient"
 
-_POINT = [*PLACE, "noise"]
+_POINT = ["n_blocks", "belt_velocity", "noise"]
 _FAMILY = ("part", "quantity", "time_step", "initial_spread")
 """What tells the families apart: a family is what one quantity gives at all points."""
 
@@ -221,31 +216,3 @@ def compare_attractors(tested: Arrays, reference: Arrays) -> Iterator[dict]:
             (LIFETIME, samples.compare_lifetimes(*lifetimes, *escaped)),
         ):
             yield {"quantity": quantity} | place | comparison
-
-
-# --- partings.csv and convergence.csv -------------------------------------------------------------
-
-
-def partings(data) -> pd.DataFrame:
-    """A row for each method, point and time step."""
-    return pd.DataFrame(_against_event(data, divergence.partings))
-
-
-def convergence(data) -> pd.DataFrame:
-    """A row for each method, point, number of events, and time step or tolerance."""
-    tolerances = data["pairs_paths_tolerances"]
-    method = {"method": tolerances.attributes["method"]}
-    by_tolerance = divergence.errors_by_tolerance(divergence.with_steps(tolerances.arrays))
-    by_step = _against_event(data, divergence.errors_by_step)
-    return pd.DataFrame([*by_step, *(method | row for row in by_tolerance)])
-
-
-def _against_event(data, compare: Callable[..., list[dict]]) -> list[dict]:
-    """Rows of both methods against the reference."""
-    names = TABLES["partings"].uses
-    sides = [divergence.with_steps(data[name].arrays) for name in names]
-    return [
-        {"method": data[name].attributes["method"]} | row
-        for name, side in zip(names, sides, strict=True)
-        for row in compare(side, sides[1])
-    ]

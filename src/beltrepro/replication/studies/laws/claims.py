@@ -6,7 +6,6 @@ import numpy as np
 
 from beltrepro.base.errors import require
 from beltrepro.model import ChainParameters, spring, units
-from beltrepro.replication.studies.integrators import divergence
 from beltrepro.replication.studies.laws import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
@@ -161,7 +160,7 @@ def _order(evidence):
         evidence.claim.parameters[key] for key in ("n_blocks", "belt_velocity", "after_events")
     )
     steps, errors = measure.errors_of_runs(*sides, *place)
-    first, *_, last = divergence.root_mean_square(errors)
+    first, *_, last = measure.root_mean_square(errors)
     words = (
         f"root mean square error {first:.2g} at dt = {steps[0]:g}, {last:.2g} at dt = {steps[-1]:g}"
     )
