@@ -284,38 +284,6 @@ def test_attractors_of_two_integrators():
         assert drawn.plain(panel.axes.get_xticklabels()) == ["10", "30", "50"]
 
 
-def test_trajectories_of_two_integrators():
-    first, second, by_step, by_tolerance = shown("agreement_trajectories")
-    separations, shifts, edges = [], [], np.linspace(0, 100, 41)
-    place = np.digitize(made.EVENT_TIME, edges) - 1
-    middles = (edges[:-1] + edges[1:])[np.unique(place)] / 2
-    for n, u in made.PLACES:
-        slope = made.MEMBERS[1] * made.drift(n, u, 0.001)  # of the member in the middle
-        separation = slope * np.maximum(made.PATH_TIME - 10, 0)
-        separations.append((made.PATH_TIME, np.where(separation > 0, separation, np.nan)))
-        moved = 0.01 * np.outer(made.MEMBERS, np.arange(1, 26)) * made.drift(n, u, 0.001)
-        medians = [np.median(moved[:, place == number]) for number in np.unique(place)]
-        shifts.append((middles, medians, f"$N = {n}$, $u = {u:g}$"))
-    first.draws("$t$", "separation of the blocks", *separations, scales="linear log")
-    second.draws("$t$ of the event", "shift of the event", *shifts, scales="linear log")
-    assert first.guides == [("y", 1.0)]
-    table = dataset("convergence")
-    table = table[(table["n_blocks"] == 5) & (table["belt_velocity"] == 20)]
-    for panel, varied, numbers, order in (
-        (by_step, "time_step", (1, 5, 20), 1),
-        (by_tolerance, "tolerance", (2, 5, 20), 18),
-    ):
-        guide = panel.curves[-1]
-        assert np.diff(np.log(guide.y)) / np.diff(np.log(guide.x)) == pytest.approx(order)
-        for count in numbers:
-            rows = table[(table["varied"] == varied) & (table["after_events"] == count)]
-            rows = rows[rows["error"] > 0]  # between steps of `event` there is none
-            curve = panel.curve(f"after {count} event{'s' * (count > 1)}: order")
-            points, expected = curve.points[:, :2], rows[["step", "error"]]  # both rise
-            np.testing.assert_allclose(np.sort(points, axis=0), np.sort(expected, axis=0))
-            assert f"${rows['order'].iloc[0]:.2f} \\pm" in curve.label
-
-
 # --- what is drawn of replicates, and said of numbers ---------------------------------------------
 
 

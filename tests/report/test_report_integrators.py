@@ -59,31 +59,11 @@ FAMILIES = [
     family(part="attractors", quantity="lifetime", time_step=0.001, initial_spread=1.0, points=4,
            agree=4, **{"differ by less than 1 %": 0}, differ=0),
 ]  # fmt: skip
-PARTINGS = [
-    {"method": "verlet", "n_blocks": 5, "belt_velocity": u, "time_step": step, "members": 8,
-     "parting_time": parting, "shared_events": 17.0, "reference_events": 29.0,
-     "first_shift": first, "shift": 0.5}
-    for u, step, parting, first in ((3.0, 0.001, 77.0, 0.002), (20.0, 0.001, float("inf"), 0.0031),
-                                    (3.0, 0.002, 55.0, 0.9))
-]  # fmt: skip
-CONVERGENCE = [
-    {"method": method, "varied": varied, "n_blocks": 5, "belt_velocity": 3.0,
-     "time_step": step, "tolerance": None, "step": step, "after_events": events, "error": error,
-     "order": order, "order_error": 0.1}
-    for method, varied, step, events, error, order in (
-        ("verlet", "time_step", 0.001, 0, 3e-12, None),
-        ("verlet", "time_step", 0.002, 0, 4e-12, None),
-        ("verlet", "time_step", 0.001, 1, 0.01, 0.9), ("verlet", "time_step", 0.002, 1, 0.02, 0.9),
-        ("verlet", "time_step", 0.001, 5, 0.03, 1.3), ("verlet", "time_step", 0.002, 5, 0.06, 1.3),
-        ("verlet", "time_step", 0.002, 20, 0.09, 7.0),
-        ("event", "time_step", 0.002, 5, 6e-13, None), ("event", "tolerance", 0.1, 50, 1e-6, 15.0),
-    )
-]  # fmt: skip
 
 
 def written(folder, comparisons):
     """The section as HTML."""
-    rows = dict(zip(described.TOLD_BY, (comparisons, FAMILIES, PARTINGS, CONVERGENCE), strict=True))
+    rows = dict(zip(described.TOLD_BY, (comparisons, FAMILIES), strict=True))
     files = {name: [folder / f"{name}.csv"] for name in rows}
     for name, (path,) in files.items():
         pd.DataFrame(rows[name]).to_csv(path, index=False)
@@ -105,9 +85,9 @@ def section(tmp_path_factory):
 
 
 def tables(section):
-    """Rows of the three tables, without their heads."""
+    """Rows of both tables, without their heads."""
     markup = section.split("<table>")[1:]
-    assert len(markup) == 3
+    assert len(markup) == 2
     return [cells(table)[1:] for table in markup]
 
 
@@ -147,17 +127,9 @@ def test_every_point_of_r_and_of_the_states_has_its_row(section):
     ]  # fmt: skip
 
 
-def test_every_parting_has_its_row(section):
-    assert tables(section)[2] == [
-        ["verlet", "0.001", "5", "3", "8", "77", "17", "29", "0.002", "0.5"],
-        ["verlet", "0.001", "5", "20", "8", "not", "17", "29", "0.0031", "0.5"],
-        ["verlet", "0.002", "5", "3", "8", "55", "17", "29", "0.9", "0.5"],
-    ]
-
-
 def sentences(section):
     """Sentences by heading, with the words on lengths."""
-    blocks = section.split("<h3>")[1:5]
+    blocks = section.split("<h3>")[1:4]
     return {
         words(block.split("</h3>")[0]): (words(block.split("</h3>")[1].split("<ul>")[0]),
                                          [words(item) for item in block.split("<li>")[1:]])
@@ -170,11 +142,6 @@ def test_sentences_stand_under_their_part_with_its_lengths(section):
     assert list(parts) == list(described.PARTS.values())
     for number, (lengths, _) in enumerate(parts.values()):
         assert lengths.startswith(f"t = {1000 + number}, of which 400 discarded, 32 runs at each")
-    parted, order, by_tolerance = parts["Trajectories without noise"][1]
-    assert "apart within the run at 1 of 2 points, from t = 77 on (median of 8 runs" in parted
-    # two fits, 0.9 and 1.3; that after 20 events is none of them
-    assert "after 1 to 5 events" in order and "power 1.10 (0.90 to 1.30 in 2 fits)" in order
-    assert "event after 50 to 50 events falls as its mean step to the power 15.00" in by_tolerance
 
 
 @pytest.mark.parametrize(
