@@ -13,7 +13,7 @@ from beltrepro import ChainParameters, Setup
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.model import section_position, units
-from beltrepro.model.friction import friction_force, next_direction, start_noise
+from beltrepro.model.friction import next_direction, start_noise
 from beltrepro.model.spring import (
     chain_deformations,
     external_force,
@@ -58,7 +58,6 @@ def test_friction_rule(direction, relative_velocity, force, expected, sign):
     state = sign * direction, sign * relative_velocity, sign * force
     assert next_direction(*state, 71.4) == sign * expected
     assert next_direction(*np.transpose([state] * 2), 71.4).tolist() == [sign * expected] * 2
-    assert friction_force([sign, 0], 30.0, 70.0, 0.5).tolist() == [-sign * 35, -30]
 
 
 # --- other laws, edges ----------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 # Order of the Taylor series of the positions, odd; with noise less will do.
 ORDER = 19
 NOISY_ORDER = 13
-FORCE_ORDER = ORDER - 2  # of the forces: the positions are their second integrals
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
 TOLERANCE = 1e-10
 # The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).

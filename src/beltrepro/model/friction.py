@@ -104,17 +104,3 @@ def mean_kinetic_friction(parameters: ChainParameters) -> float:
     if parameters.varied:
         return float(kinetic_friction(parameters).mean())
     return parameters.friction_ratio * parameters.static_friction
-
-
-def friction_force(
-    direction: npt.ArrayLike,
-    external_force: npt.ArrayLike,
-    threshold: npt.ArrayLike,
-    friction_ratio: float,
-) -> np.ndarray:
-    """Friction force on a block (Eq. 3): cancels F_ex while stuck, -direction*f_s*F_st in slip.
-
-    Arrays of one shape, model units.
-    """
-    kinetic = -np.asarray(direction) * friction_ratio * np.asarray(threshold)
-    return np.where(np.asarray(direction) == 0, -np.asarray(external_force), kinetic)
