@@ -80,7 +80,7 @@ SECTIONS: tuple[PageSection, ...] = (
         ("motion_map", "survival"),
     ),
     _study(
-        "inference",
+        "trials",
         "What the model says about the experiment",
         experiment.of_trials,
         experiment.TRIALS_TOLD_BY,

@@ -5,12 +5,12 @@ from functools import partial
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.experiment import measure, observations
+from beltrepro.replication.studies.experiment import observations
 from beltrepro.replication.studies.noise.claims import N_BLOCKS, RUNS
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import sections
-from beltrepro.stats.estimates import mean, share_of, sure
+from beltrepro.stats.estimates import mean, share_of
 
 NEAR = 0.5  # of u; runs this close to a speed of the experiment stand for it
 SPEEDS = {"022": observations.EXPERIMENT[0], "028": observations.EXPERIMENT[1]}
@@ -77,10 +77,7 @@ def _share_of(having, among):
 @claim("sigma-experiment")
 def sigma_experiment(evidence):
     """How trials at the noise that the paper assigns agree with its recordings."""
-    return {
-        "printed constants": partial(_trials_that_agree, evidence),
-        "friction ratio and belt speed free": partial(_posterior, evidence),
-    }
+    return {"printed constants": partial(_trials_that_agree, evidence)}
 
 
 def _trials_that_agree(evidence):
@@ -93,18 +90,5 @@ def _trials_that_agree(evidence):
                 assigned & observations.at_speed(observation, trials),
             )
             for observation in observations.EXPERIMENT
-        }
-    )
-
-
-def _posterior(evidence):
-    simulated = observations.on_grid(evidence.dataset("trials_free").arrays)
-    answer = measure.posterior(simulated)
-    return Measurement(
-        also={
-            "posterior of 1 to 2": measure.posterior_of_assigned(simulated, answer),
-            "before the trials": sure(measure.assigned_share(answer.levels["noise"])),
-            "friction ratio that fits": measure.fitted(answer, "friction_ratio"),
-            "belt speed that fits": measure.fitted(answer, "speed_factor"),
         }
     )

@@ -1,4 +1,4 @@
-"""What the page says on the virtual experiment and on what fits the recordings."""
+"""What the page says on the virtual experiment and on trials of the length of the recordings."""
 
 import numpy as np
 import pandas as pd
@@ -6,7 +6,6 @@ import pandas as pd
 from beltrepro.model import units
 from beltrepro.replication.studies.experiment import observations
 
-_WORDS = {"noise": "noise", "friction_ratio": "friction ratio", "speed_factor": "belt speed"}
 _HALF = 0.5
 _STAGES = {
     "stage_tracker": "tracker alone: sharp, still, noiseless, lossless",
@@ -15,25 +14,21 @@ _STAGES = {
 }
 
 
-TRIALS_TOLD_BY = ("experiment_odds", "experiment_posterior", "alternation")
+TRIALS_TOLD_BY = ("experiment_odds", "alternation")
 
 
 def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
     """Numbers of the sentences on trials, and rows of tables, as text."""
-    odds, posterior, alternation = (tables[name] for name in TRIALS_TOLD_BY)
+    odds, alternation = (tables[name] for name in TRIALS_TOLD_BY)
     together = odds[odds["noise"].isna()]
-    counted = posterior[np.isclose(posterior["tolerance"], observations.TOLERANCE)]
     rows = [_odds(row) for row in together.to_dict("records")]
     return {
         "rows": rows,
         "noises": _span(odds["noise"].dropna()),
         "tolerance": f"{observations.TOLERANCE:.0%}",
-        "errors": observations.ERRORS,
         "none_agree": bool((together["agrees"] == 0).all()),
         "all_slip": _all_slip(together, alternation),
         "alternating": _alternating(alternation),
-        "posteriors": [_posterior(row) for row in counted.to_dict("records")],
-        "checked": _checked(counted),
     }
 
 
@@ -85,43 +80,6 @@ def _alternating(table: pd.DataFrame) -> list[dict]:
             }
         )
     return rows
-
-
-def _posterior(row: dict) -> dict:
-    """One choice of free parameters as text; empty cells where no trial agrees."""
-    agrees = row["evidence"] > 0
-    shares = row["sigma_1_to_2"], row["sigma_1_to_2_before"]
-    return {
-        "free": ", ".join(_WORDS[name] for name in row["free"].split(", ")),
-        "agreed": f"{row['agreed_022']} and {row['agreed_028']}",
-        "trials": row["combinations"] * row["runs"],
-        "evidence": f"{row['evidence']:.2g}",
-        "held_out": f"{row['held_out']:.2g}" if agrees else "",
-        "share": "{:.2g} ({:.2g})".format(*shares) if agrees and np.isfinite(shares).all() else "",
-        **{name: _levels(row[f"{name}_levels"]) for name in _WORDS},
-    }
-
-
-def _levels(text) -> str:
-    """A set of levels as a range, or as it is if it is short."""
-    if not isinstance(text, str):
-        return "" if pd.isna(text) else f"{text:g}"
-    levels = text.split("; ")
-    return text.replace("; ", ", ") if len(levels) <= 3 else f"{levels[0]} to {levels[-1]}"
-
-
-def _checked(rows: pd.DataFrame) -> dict | None:
-    """How often credible sets hold the truth, where all parameters are free."""
-    last = rows.iloc[-1]
-    if pd.isna(last["made_up"]):
-        return None
-    return {
-        "made_up": int(last["made_up"]),
-        "unanswered": int(last["unanswered"]),
-        "coverage": ", ".join(
-            f"{last[f'{name}_coverage']:.0%} ({words})" for name, words in _WORDS.items()
-        ),
-    }
 
 
 def _span(values, form: str = "g") -> str:
