@@ -1,53 +1,15 @@
-"""The runs behind published tables, few and short, against the calls that they stand for."""
+"""Numbers of studies against single calls: audits, sections."""
 
-import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, audit, catalogue, simulate
+from beltrepro import ChainParameters, audit, simulate
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan.files import CHAIN
-from beltrepro.replication.studies.avalanches import runs as avalanches
 from beltrepro.replication.studies.laws import measure as laws
 from beltrepro.replication.studies.sizes import measure as sizes
-
-COUNTED = ("one_block", "several_blocks", "all_blocks")
-
-
-def _stretched(pull):
-    """Deformation of the paper's springs, which stiffen beyond their limit, under a pull."""
-    chain = ChainParameters(1, 1.0)
-    limit, rate = chain.linear_limit, chain.extension_rate
-    beyond = limit + np.log1p(rate * np.maximum(pull - limit, 0)) / rate
-    return np.where(pull <= limit, pull, beyond)
-
-
-# --- energies of avalanches, audits, sections -----------------------------------------------------
-
-
-def test_energies_of_avalanches_are_counted_by_run_bin_and_blocks(monkeypatch):
-    for name, value in (("RUNS", 3), ("DURATION", 3000.0), ("TRANSIENT", 600.0)):
-        monkeypatch.setattr(avalanches, name, value)
-    rows = list(avalanches.energies(3))
-    chain = ChainParameters(3, 1.0)
-    start = np.cumsum(50 + _stretched(np.arange(3, 0, -1) * 0.45 * 71.4))
-    for number in (1, 3):
-        seen = catalogue(
-            chain, method="event", replicate=number, initial_positions=start, initial_spread=1.0,
-            duration=3000.0, transient=600.0,
-        )["avalanches"]  # fmt: skip
-        expected = {}
-        for energy, blocks in zip(seen["dissipated"], seen["blocks"], strict=True):
-            if energy > 0:
-                middle = 10 ** ((math.floor(20 * math.log10(energy)) + 0.5) / 20)
-                name = {1: "one_block", 3: "all_blocks"}.get(int(blocks), "several_blocks")
-                counts = expected.setdefault(round(middle, 9), dict.fromkeys(COUNTED, 0))
-                counts[name] += 1
-        here = [row for row in rows if row["run"] == number]
-        assert {round(row["energy"], 9): {k: row[k] for k in COUNTED} for row in here} == expected
-        assert sum(sum(counts.values()) for counts in expected.values()) > 20
 
 
 def test_a_dataset_is_audited_as_its_run():
