@@ -279,7 +279,6 @@ def test_a_film_has_the_camera_of_all_but_for_what_it_gives(plan):
 
 @pytest.mark.thorough
 def test_free_trials_include_the_printed_constants(plan):
-    """Their posterior is compared with trials at the printed friction ratio and speeds."""
     values = plan.datasets["trials_free"].values()
     assert 0.45 in values["friction_ratio"]
     printed = plan.datasets["trials"].values()["belt_velocity"]

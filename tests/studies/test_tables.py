@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import figure_data as made
-from alternating import posterior_table, studies
+from alternating import studies
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
@@ -120,40 +120,6 @@ def test_how_many_trials_alternate_at_each_point():
     assert chosen["share"].tolist() == [0.5, 0.5, 1, 1]
     assert chosen["share_lower"].iloc[2] == pytest.approx(0.025 ** (1 / 4))
     assert table["share_upper"].max() == 1 and set(TABLES["alternation"].columns) <= set(table)
-
-
-def test_posteriors_of_what_is_free(monkeypatch):
-    monkeypatch.setattr("beltrepro.replication.studies.experiment.observations.BANDWIDTH", {})
-    table = posterior_table(studies(runs=16))
-    assert set(TABLES["experiment_posterior"].columns) == set(table)
-    assert table["tolerance"].tolist() == 4 * [0.1, 0.05, 0.2]
-    by_free = table[table["tolerance"] == 0.1].set_index("free")
-    # no trial agrees with the printed friction ratio
-    for free in ("noise", "noise, speed_factor"):
-        row = by_free.loc[free]
-        assert (row["evidence"], row["agreed_022"]) == (0, 0) and np.isnan(row["best_noise"])
-    # 0, 8, 16 and 4 of 16 trials agree with each recording at the four noises
-    likelihood = np.array([0, 2, 4, 1]) ** 2 / 16
-    row = by_free.loc["noise, friction_ratio"]
-    # 0.6 is two standard deviations from the printed friction ratio, the other level
-    before = np.exp(-2) / (1 + np.exp(-2))
-    assert row["evidence"] == pytest.approx(before * likelihood.mean())
-    # a level stands for the noises half way around it, in ratio
-    assert row["sigma_1_to_2"] == pytest.approx(10 / 21)
-    assert row["sigma_1_to_2_before"] == pytest.approx(0.25)
-    assert (row["best_noise"], row["noise_levels"]) == (2, "1; 2")
-    assert (row["best_friction_ratio"], row["friction_ratio_levels"]) == (0.6, "0.6")
-    assert row[["combinations", "runs", "agreed_022"]].tolist() == [8, 16, 28]
-    assert (row["r_022"], row["r_028"]) == pytest.approx((0.072, 0.052))
-    # too few trials agree to tell a set of noises
-    few = posterior_table(studies()).set_index(["free", "tolerance"])
-    assert few.loc[("noise, friction_ratio", 0.1), "agreed_022"] == 7
-    assert np.isnan(few.loc[("noise, friction_ratio", 0.1), "best_noise"])
-    # fresh trials agree with both in a quarter of the pairs at noise 1, always at noise 2
-    assert 0.5 < row["held_out"] < 1
-    row = by_free.loc["noise, friction_ratio, speed_factor"]
-    assert row["combinations"] == 4 * 2 * 3 and row["best_speed_factor"] == pytest.approx(1)
-    assert row["made_up"] + row["unanswered"] == 400
 
 
 def test_a_table_that_uses_what_is_not_there_is_one_line():

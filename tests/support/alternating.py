@@ -73,13 +73,8 @@ def studies(**changes):
     return made
 
 
-def posterior_table(made):
-    """The table of posteriors of the same trials."""
-    return measure.experiment_posterior(made)
-
-
 def experiments(best, *, runs):
-    """`trials` and `trials_free` with the printed constants: all agree at the noises `best`."""
+    """`trials` with the printed constants: all agree at the noises `best`."""
     noises = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0])
     points = np.array([(s, u) for s in noises for u in SPEEDS for _ in range(runs)])
     noise, velocity = points.T
@@ -98,4 +93,4 @@ def experiments(best, *, runs):
         "all_slip_longest": np.full(noise.size, 8.0),
         "lively_longest": np.full(noise.size, 3000.0),
     }
-    return {name: Dataset(arrays, HOW) for name in ("trials", "trials_free")}
+    return {"trials": Dataset(arrays, HOW)}
