@@ -17,7 +17,7 @@ import figure_data as made
 import recorded
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
-from beltrepro.replication.camera.track_file import Track
+from beltrepro.replication.camera.track import Track
 from beltrepro.replication.drawing import style
 from beltrepro.replication.plan import registry
 

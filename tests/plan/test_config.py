@@ -242,7 +242,7 @@ def test_values_are_taken_up_to_their_limits(name, inner, outer):
         (f"{DATASET}.noise.start", 11, "must not be less than start = 11"),
         (f"{DATASET}.transient", 60000, "n5_map.transient = 60000: must be less"),
         ("camera.width", 641, "camera.width = 641: must be a multiple of 2"),
-        ("camera.exposure", 0.05, "films.belt_022: exposure = 0.05: must be at most 0.04167"),
+        ("camera.exposure", 0.05, "camera.exposure = 0.05: must be at most 0.04167"),
         ("films.belt_028.of", "belt_29", "films.belt_028.of = 'belt_29': preset standard has no"),
         ("films.belt_028.of", "n5_u7", "= 'n5_u7': must be a series of one point"),
         ("films.belt_028.of", "u17", "sample_interval is 0.1, 24 frames a second need 0.5448376"),

@@ -15,7 +15,8 @@ import pytest
 import small_plans
 from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import described, files, inputs, kinds, tables
+from beltrepro.model.units import to_si
+from beltrepro.replication.plan import files, inputs, kinds, tables
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, REQUIRED, points_of
@@ -195,33 +196,27 @@ def test_a_film_is_taken_as_told(tmp_path):
     plan = planned("series", n_blocks=2, belt_velocity=5, sample_interval=0.5448376, noise=0)
     spec = plan.dataset_spec("one")
     points = plan.datasets["one"].points
-    files.write(tmp_path / "one.h5", spec, kinds.record("series", points, spec["settings"]))
+    data = kinds.record("series", points, spec["settings"])
+    files.write(tmp_path / "one.h5", spec, data)
     expected = {"one": files.expected(spec)}
-    small = {"width": 64, "height": 32, "seed": 1, "compression": 0}
-    asked = {"film": "f", "frames": 12, "camera": small}
+    small = {"width": 128, "height": 64, "seed": 1, "compression": 0, "metres_per_pixel": 0.004}
     take, made = script("film")["take"], {}
-    others = {"width": 66, "height": 48, "seed": 2, "blur": 3, "angle": 5, "sensor_noise": 9}
-    others |= {"exposure": 0.04, "light_unevenness": 0.5, "dropped": 0.5}
-    others |= {"compression": 40, "metres_per_pixel": 0.01}
-    variants = [asked, asked | {"frames": 9}]
-    variants += [asked | {"camera": small | {name: value}} for name, value in others.items()]
-    for number, variant in enumerate(variants):
-        output = tmp_path / f"{number}.mp4"
-        take({"one": tmp_path / "one.h5"}, expected, variant, output)
-        made[seal.digest_of(output)] = variant
-        sources = expected | {"f_film": variant}
-        inputs.check(output, {"preset": "own", "run": "r", "sources": sources})
-    assert len(made) == len(variants)
-
-
-def test_a_film_of_another_run_is_not_tracked_and_the_remedy_is_for_the_film(tmp_path):
-    film, sources = tmp_path / "f.mp4", {"one": {"digest": "a"}}
-    film.write_bytes(b"a film")
-    described.describe(film, title="F.", sources=sources | {"f_film": {"run": "other"}})
-    expected = {"preset": "own", "run": "r", "sources": sources | {"f_film": {"run": "r"}}}
-    with pytest.raises(InputError, match=r"other datasets; to make it again: rm .*f\.mp4 && snake"):
-        script("track")["place"](film, expected, tmp_path / "f.csv")
-    assert not (tmp_path / "f.csv").exists()
+    others = {"width": 130, "height": 48, "seed": 2, "blur": 3, "angle": 5, "sensor_noise": 9}
+    others |= {"exposure": 0.04, "light_unevenness": 0.5, "dropped": 0.5, "compression": 30}
+    cameras = [small, *(small | {name: value} for name, value in others.items())]
+    for number, camera in enumerate(cameras):
+        film, table = (tmp_path / f"{number}.{ending}" for ending in ("mp4", "csv"))
+        spec = {"film": "f", "camera": camera}
+        take({"one": tmp_path / "one.h5"}, expected, spec, film, table)
+        made[seal.digest_of(film)] = spec
+        for path in (film, table):
+            about = {"preset": "own", "run": "r", "sources": expected | {"f_film": spec}}
+            inputs.check(path, about)
+        seen = inputs.load({"f_track": table}, {})["f_track"]
+        frame = np.rint(seen.time_s * 24).astype(int)
+        true = to_si(data["positions"][0, frame, -1], "length")
+        np.testing.assert_allclose(seen.x_m, true, atol=2e-3)
+    assert len(made) == len(cameras)
 
 
 def test_a_table_is_refused_where_its_sources_are_others(tmp_path):

@@ -138,7 +138,7 @@ def test_figures_need_their_datasets_tables_and_films_only(tree):
     used = {*FIGURES["fig12"].uses, *TABLES["mean_lifetimes"].uses, "motion_map", "belt_022"}
     count = jobs(snakemake(tree, "--dry-run", "fig12", "motion_map", "fig05"))
     assert count == {
-        **dict.fromkeys(("fig12", "motion_map", "fig05", "derive", "film", "track"), 1),
+        **dict.fromkeys(("fig12", "motion_map", "fig05", "derive", "film"), 1),
         "draw": 3,
         "join": len(used),
         "simulate": sum(len(datasets[name].batches) for name in used),
@@ -222,7 +222,7 @@ def after_editing(tree, *places, targets=()):
 def test_an_edited_kernel_reruns_the_batches_by_it(finished):
     dry_run = after_editing(finished, "engine/event_integrator.py:_run")
     plan = smoke_plan()
-    assert jobs(dry_run)["film"] == jobs(dry_run)["track"] == len(plan.films)
+    assert jobs(dry_run)["film"] == len(plan.films)
     assert not drawn(dry_run) & {"fig01", "fig06", "fig11"} and len(drawn(dry_run)) > 20
     by_event = {
         f"batches/{name}/{batch}"
@@ -231,7 +231,7 @@ def test_an_edited_kernel_reruns_the_batches_by_it(finished):
         if points[0].method == "event"
     }
     # by verlet, but what says how long their motion is irregular can also follow `event`
-    settling = {"batches/steps/0000", "batches/survival_scheme/0000"}
+    settling = {"batches/survival_scheme/0000"}
     assert simulated(dry_run) == by_event | settling
 
 
@@ -259,17 +259,17 @@ HOUSEKEEPING = (
         ),
         (
             ["replication/camera/camera.py:film"],
-            {"film", "track", "derive", "draw", "claims", "report"},
+            {"film", "derive", "draw", "claims", "report"},
             {"fig02", "fig03", "fig04", "fig05"},
         ),
         (
-            ["claims.py:claims", "track.py:place"],
-            {"track", "derive", "draw", "claims", "report"},
-            {"fig03", "fig04", "fig05"},
+            ["claims.py:claims", "replication/camera/track.py:track"],
+            {"film", "derive", "draw", "claims", "report"},
+            {"fig02", "fig03", "fig04", "fig05"},
         ),
-        (["join.py:join"], {"join", "film", "track", "derive", "draw", "claims", "report"}, None),
+        (["join.py:join"], {"join", "film", "derive", "draw", "claims", "report"}, None),
         (["figure.py:main"], {"draw", "report"}, {*FIGURES}),
-        (HOUSEKEEPING, {"film", "track", "derive", "draw", "claims", "report"}, None),
+        (HOUSEKEEPING, {"film", "derive", "draw", "claims", "report"}, None),
     ],
 )
 def test_an_edit_reruns_what_uses_it_and_no_simulation(finished, places, rules, figures):

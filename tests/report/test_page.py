@@ -537,26 +537,18 @@ def test_each_audit_has_its_row_and_nothing_where_it_does_not_apply(tmp_path):
 
 
 def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
-    names = ["belt_022", "belt_028", "stage_tracker", "stage_lens", "stage_sensor"]
-    columns = ("scatter", "offset", "largest", "told")
     table = pd.DataFrame(
-        {"film": name, "dataset": name if name < "c" else "belt_028", "belt_speed": 0.2 + 0.02 * k}
+        {"film": name, "belt_speed": 0.2 + 0.02 * k}
         | {"noise": 1, "seconds": 1000.0, "frames_per_second": 24.0}
         | {"r_run": 0.13, "r_sampled": 0.14 + 0.01 * k, "r_tracked": (0.14 + 0.01 * k) * 1.001}
         | {"mean_sampled": 0.85, "mean_tracked": 0.86, "small_sampled": 0, "small_tracked": 0.1}
-        | {column: 0.01 * (k + 1) + 0.1 * place for place, column in enumerate(columns)}
-        | {"scale": -2e-5 * (k + 1)}
-        for k, name in enumerate(names)
+        | {"scatter": 0.01, "offset": -0.11, "largest": 0.21}
+        for k, name in enumerate(["belt_022", "belt_028"])
     )
     rows = cells(part(written_with(tmp_path, recordings=table), "experiment"))
     assert rows[1] == ["0.20", "1", "1000", "0.13000", "0.14000", "0.14014", "85.000", "86.000",
-                       "0.0", "10.0"]  # fmt: skip
-    assert [row[0] for row in rows[1:3]] == ["0.20", "0.22"]
-    stages = {row[0].split(":")[0]: row[1:] for row in rows[4:]}
-    assert list(stages) == ["tracker alone", "and the lens", "and the sensor", "and the codec"]
-    errors = ["0.030", "0.130", "0.230", "0.330", f"{MINUS}6e{MINUS}05", f"1e{MINUS}03"]
-    assert stages["tracker alone"] == errors
-    assert stages["and the codec"][0] == "0.020"  # the film of the stages' run comes last
+                       "0.0", "10.0", "0.010", f"{MINUS}0.110", "0.210"]  # fmt: skip
+    assert [row[0] for row in rows[1:]] == ["0.20", "0.22"]
 
 
 @pytest.mark.parametrize(

@@ -101,9 +101,8 @@ KINDS = {
 }
 # By the kind, which of the values that are wrong anywhere are right.
 ALLOWED = {"Path": ("word", "number as text", "bytes"), "Report": ("class",)}
-# An error that is not known; linear springs, and friction that does not weaken.
-MEANINGFUL = dict.fromkeys(("scale_error", "zero_error_m"), ("nan",))
-MEANINGFUL |= dict.fromkeys(("linear_limit", "weakening_velocity"), ("infinite",))
+# Linear springs, and friction that does not weaken.
+MEANINGFUL = dict.fromkeys(("linear_limit", "weakening_velocity"), ("infinite",))
 
 
 PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")

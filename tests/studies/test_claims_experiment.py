@@ -6,7 +6,7 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S
-from beltrepro.replication.camera.track_file import Track
+from beltrepro.replication.camera.track import Track
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, YES
 from made_up import both, few_resamples, grades, measured  # noqa: F401
 
@@ -18,7 +18,7 @@ def track(x_m, *, lost_s=(), places=None):
     time = INTERVAL_S * np.arange(x_m.size)
     chosen = slice(None) if places is None else places
     lost = np.array(lost_s, dtype=float).reshape(-1, 2)
-    return Track(time[chosen], x_m[chosen], np.full(time[chosen].size, 2e-5), 0.002, 0.0, lost)
+    return Track(time[chosen], x_m[chosen], lost, 0.002)
 
 
 def noise_like(seconds, seed, *, slope=1.0):

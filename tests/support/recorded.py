@@ -4,20 +4,23 @@ x_5 is irregular and swings widely, but for one stretch in which it is small and
 block sticks.
 """
 
+import dataclasses
 from functools import partial
 
 import numpy as np
 
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
-from beltrepro.replication.camera.camera import Movement, pictures
-from beltrepro.replication.camera.scene import Camera
-from beltrepro.replication.camera.track_file import Track
+from beltrepro.replication.camera.camera import Framing, Movement, pictures
+from beltrepro.replication.camera.scene import Camera, Scene
+from beltrepro.replication.camera.track import Track
 
 RATE = 24.0
 EVENTS = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
 FUNDAMENTAL = 0.6  # Hz
 PIXEL = 0.0021
+CAMERA = Camera(metres_per_pixel=PIXEL, width=640, height=80, angle=0.7)
+ZERO = Framing.of(Movement(*np.zeros((3, 1, 1))), Scene(), CAMERA).zero
 
 
 def place(seconds, calm, seed):
@@ -80,21 +83,21 @@ def _events(seconds, calm, transient):
     return np.sort(np.array(rows, EVENTS), order="time")
 
 
-def track(of, *, seed=20, error_m=1e-4, scale=1.0, every=1, lost=0):
+def track(of, *, seed=20, scale=1.0, every=1, lost=0):
     """What a tracker would make of a run; `lost` frames in the middle in which it finds nothing."""
     x = of.arrays["positions"][:, -1] * LENGTH_M
     number = np.arange(0, x.size, every)
     kept = np.abs(2 * number - x.size) >= lost
     gone = number[~kept] / RATE
     number = number[kept]
-    noise = np.random.default_rng(seed).normal(0, error_m, number.size)
+    noise = np.random.default_rng(seed).normal(0, 1e-4, number.size)
     return Track(
         number / RATE,
         scale * x[number] + noise,
-        np.full(number.size, error_m),
-        metres_per_pixel=PIXEL,
-        angle=0.7,
-        lost_s=np.array([[gone[0], gone[-1]]]) if gone.size else np.empty((0, 2)),
+        np.array([[gone[0], gone[-1]]]) if gone.size else np.empty((0, 2)),
+        PIXEL,
+        zero=ZERO,
+        angle=CAMERA.angle,
     )
 
 
@@ -106,8 +109,7 @@ def film(of, *, frames=260):
         arrays["positions"][:frames] * LENGTH_M,
         arrays["velocities"][:frames] * VELOCITY_M_S,
     )
-    camera = Camera(metres_per_pixel=PIXEL, width=640, height=80, angle=0.7)
-    return partial(pictures, seen, camera=camera)
+    return partial(pictures, seen, camera=CAMERA)
 
 
 def recordings(*, seconds=1000.0, calm=(400.0, 520.0)):
@@ -118,12 +120,9 @@ def recordings(*, seconds=1000.0, calm=(400.0, 520.0)):
         "belt_035": run(0.35, 2.2, seconds=seconds, calm=calm, seed=3),
     }
     made = runs | {f"{name}_track": track(one) for name, one in runs.items()}
-    for stage in ("tracker", "lens", "sensor"):
-        made[f"stage_{stage}_track"] = cut(made["belt_028_track"], 720)
     return made | {"belt_028_film": film(runs["belt_028"])}
 
 
 def cut(of, count):
     """The first places of a track."""
-    columns = (one[:count] for one in (of.time_s, of.x_m, of.error_m))
-    return Track(*columns, metres_per_pixel=PIXEL, angle=0.7, lost_s=np.empty((0, 2)))
+    return dataclasses.replace(of, time_s=of.time_s[:count], x_m=of.x_m[:count])

@@ -2,16 +2,18 @@
 
 
 rule film:
-    "Film a dataset with the virtual camera."
+    "Film a dataset with the virtual camera, and track the last block in the film."
     input:
         unpack(FLOW.sources),
     output:
         video="<results>/experiment/{film}.mp4",
-        about="<results>/experiment/{film}.mp4-metadata.json",
+        about_video="<results>/experiment/{film}.mp4-metadata.json",
+        table="<results>/experiment/{film}.csv",
+        about_table="<results>/experiment/{film}.csv-metadata.json",
     log:
-        "<logs>/experiment/{film}.film.log",
+        "<logs>/experiment/{film}.log",
     benchmark:
-        "<benchmarks>/experiment/{film}.film.tsv"
+        "<benchmarks>/experiment/{film}.tsv"
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
@@ -22,35 +24,12 @@ rule film:
     params:
         spec=lambda wildcards: FLOW.plan.films[wildcards.film].spec(),
         expected=FLOW.expected_of_sources,
-        code=FLOW.code("film.py", "beltrepro.replication.camera.camera:film"),
+        code=FLOW.code(
+            "film.py",
+            "beltrepro.replication.camera.camera:film",
+            "beltrepro.replication.camera.track:track",
+        ),
     message:
-        "Filming {wildcards.film}"
+        "Filming and tracking {wildcards.film}"
     script:
         "../scripts/film.py"
-
-
-rule track:
-    "Track the last block in a film."
-    input:
-        "<results>/experiment/{film}.mp4",
-    output:
-        table="<results>/experiment/{film}.csv",
-        about="<results>/experiment/{film}.csv-metadata.json",
-    log:
-        "<logs>/experiment/{film}.track.log",
-    benchmark:
-        "<benchmarks>/experiment/{film}.track.tsv"
-    priority: BEFORE_FIGURES
-    conda:
-        "../envs/beltrepro.yaml"
-    threads: 1
-    resources:
-        mem_mb=at_attempt(1000),
-        runtime=at_attempt(10),
-    params:
-        expected=FLOW.expected_of_film,
-        code=FLOW.code("track.py", "beltrepro.replication.camera.tracking:track"),
-    message:
-        "Tracking {wildcards.film}"
-    script:
-        "../scripts/track.py"

@@ -1,7 +1,6 @@
 """`beltrepro analyse`: what a recording of the last block tells."""
 
 import argparse
-import math
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,7 @@ def add(commands: Any) -> None:
         "analyse a recording of the last block",
         "Compute r, the mean length, stretches of small amplitude and spectra of a recording: a "
         "CSV file with the columns time_s and x_m (from the support, metres). Intervals (low, "
-        "high) hold 95 %: for the errors of scale and zero, if the file tells them, and for the "
-        "length of the recording.",
+        "high) hold 95 %, for a recording of this length at its scale and zero.",
     )
     option = parser.add_argument
     option("recording", type=Path, help="the CSV file, for instance of `beltrepro track`")
@@ -41,7 +39,7 @@ def run(options: argparse.Namespace) -> None:
     from beltrepro.base.errors import NotEnoughDataError
     from beltrepro.replication.camera.recording import analyse
     from beltrepro.replication.camera.scene import lengths_of_blocks
-    from beltrepro.replication.camera.track_file import Track
+    from beltrepro.replication.camera.track import Track
 
     not_negative("block_length", options.block_length)
     positive("n_blocks", options.n_blocks)
@@ -51,8 +49,6 @@ def run(options: argparse.Namespace) -> None:
         "window_s": options.window,
         "quiet": options.quiet,
         "blocks_m": lengths_of_blocks(options.n_blocks, options.block_length),
-        "scale_error": track.scale_error,
-        "zero_error_m": track.zero_error_m,
     }
     try:
         recording = analyse(track.time_s, track.x_m, **settings)
@@ -67,7 +63,7 @@ def run(options: argparse.Namespace) -> None:
         from beltrepro.replication.studies.experiment.recording_figure import save
 
         save(recording, options.output)
-    result = {
+    result: dict[str, Any] = {
         "samples": len(recording.time_s),
         "seconds": recording.observed_s,
         **_with_ends("disorder_parameter", recording.disorder),
@@ -82,26 +78,15 @@ def run(options: argparse.Namespace) -> None:
     for name, spectrum in recording.spectra.items():
         if spectrum.exponent:
             result |= _with_ends(f"exponent_{name}", spectrum.exponent)
-    common = {name: settings[name] for name in ("blocks_m", "scale_error", "zero_error_m")}
-    if not options.json:
-        common = _in_words(common)
-    shared.print_result(result | common, options.json)
+    result["blocks_m"] = settings["blocks_m"]
+    if not options.json and not settings["blocks_m"]:
+        result["blocks_m"] = (
+            "0: x_N of a real chain holds N - 1/2 block lengths that the model does not have; "
+            "--block-length takes them off"
+        )
+    shared.print_result(result, options.json)
 
 
 def _with_ends(name: str, estimate: Any) -> dict[str, float]:
     """A number and the ends of its 95 % interval."""
     return dict(zip((name, f"{name}_low", f"{name}_high"), estimate.numbers, strict=True))
-
-
-def _in_words(common: dict[str, float]) -> dict[str, Any]:
-    """What all samples have in common, and what is not in the numbers."""
-    words: dict[str, Any] = dict(common)
-    if not common["blocks_m"]:
-        words["blocks_m"] = (
-            "0: x_N of a real chain holds N - 1/2 block lengths that the model does not have; "
-            "--block-length takes them off"
-        )
-    for name in ("scale_error", "zero_error_m"):
-        if math.isnan(common[name]):
-            words[name] = "not known, and not in the intervals"
-    return words

@@ -14,7 +14,8 @@ def add(commands: Any) -> None:
         run,
         "film one chain, as a camera above the treadmill would",
         "Simulate one chain and write what a camera above the belt would take of it: an ordinary "
-        "video, which `beltrepro track` can measure. The transient is not filmed.",
+        "video, which `beltrepro track` measures with the scale and zero that are printed. The "
+        "transient is not filmed.",
         epilog=f"{shared.UNITS} Only the camera's are in seconds, metres and pixels.",
     )
     shared.add_run(parser, seed=1, replicate=0)
@@ -30,7 +31,8 @@ def run(options: argparse.Namespace) -> None:
     chain = shared.chain_of(options)
     shared.check_output(options, ".mp4", ".mov", ".mkv")
     from beltrepro.model.units import TIME_S
-    from beltrepro.replication.camera.camera import film
+    from beltrepro.replication.camera.camera import Framing, Movement, film
+    from beltrepro.replication.camera.scene import Scene
     from beltrepro.simulation import Run, simulate
 
     settings = {name: getattr(options, name) for name in camera_settings()}
@@ -43,11 +45,14 @@ def run(options: argparse.Namespace) -> None:
     )
     assert isinstance(filmed, Run)  # as it was one chain
     frames = film(filmed, options.output, camera=camera, progress=shared.progress_of("film"))
+    view = Framing.of(Movement.of(filmed), Scene(), camera)
     last = filmed.positions[:, -1]
     result = {
         "output": str(options.output),
         "frames": frames,
         "seconds": len(filmed.time) / camera.frames_per_second,
+        "scale": view.metres_per_pixel,
+        "zero": view.zero[0],
         "disorder_parameter": float(last.std() / last.mean()),
     }
     shared.print_result(result, options.json)

@@ -47,13 +47,3 @@ def from_stretches(statistic: Callable[[np.ndarray], float], parts: np.ndarray) 
     error = math.sqrt(squares / (count - 1) / independent)
     reach = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, independent - 1)) * error
     return Estimate(value, value - reach, value + reach, int(independent))
-
-
-def widened(estimate: Estimate, *errors: float) -> Estimate:
-    """With further independent errors, each one standard error."""
-    further = scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * math.hypot(*errors)
-    below, above = (
-        math.hypot(reach, further)
-        for reach in (estimate.value - estimate.low, estimate.high - estimate.value)
-    )
-    return Estimate(estimate.value, estimate.value - below, estimate.value + above, estimate.runs)

@@ -52,7 +52,7 @@ def film(
     camera: Camera | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> int:
-    """Film a run: each sample becomes a frame, taken at its instant.
+    """Film a run: each sample becomes a frame, taken at its instant. Returns how many are written.
 
     For a film of 24 frames a second simulate with `sample_interval=1 / 24 / TIME_S`; method "event"
     is exact at any interval.
@@ -96,6 +96,7 @@ class Framing:
     height: int
     left: float  # place of the support along the belt, and of the upper edge of the blocks, pixels
     top: float
+    zero: tuple[float, float]  # column and row of the pixel of x = 0 in the picture as it is turned
 
     @classmethod
     def of(cls, movement: Movement, scene: Scene, camera: Camera) -> Framing:
@@ -110,8 +111,12 @@ class Framing:
                 f"{scale * camera.width:.3g} m x {scale * camera.height:.3g} m: "
                 f"take a larger metres_per_pixel, width or height"
             )
-        top = (camera.height - scene.width / scale) / 2
-        return cls(scale, camera.width, camera.height, MARGIN / scale, top)
+        left, top = MARGIN / scale, (camera.height - scene.width / scale) / 2
+        half = np.array([camera.width, camera.height]) / 2
+        angle = np.radians(camera.angle)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        zero = half + turn @ ([left, top + scene.block_width / scale / 2] - half) - 0.5
+        return cls(scale, camera.width, camera.height, left, top, tuple(zero.tolist()))
 
     def along(self, metres: Any) -> Any:
         """Places along the belt, in metres from the support, as pixels."""

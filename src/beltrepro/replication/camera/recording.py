@@ -31,6 +31,7 @@ _LEAST_SAMPLES = 32
 _LONGEST_M = 40.0  # mean length of a chain: of 200 blocks, or of five in centimetres
 # Median intervals without a frame from which on a recording has a gap; r leaves gaps out.
 _LONGEST_GAP = 3.0
+_MOST_SAMPLES = 10**7  # at equal intervals, which fit into memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ class Spectrum:
 
     @cached_property
     def exponent(self) -> Estimate | None:
-        """Exponent of the law; errors of the scale and of the zero do not change it."""
+        """Exponent of the law, with its error."""
         return None if self.law is None else exponent_of(self.law, self.frequency_hz)
 
 
@@ -72,8 +73,8 @@ class Recording(Regimes):
     time_s: np.ndarray  # the samples after the transient
     x_m: np.ndarray  # without the lengths of blocks that were taken off
     interval_s: float  # median time between them
-    # r and <x_N> (metres) with the errors of a recording of this length, of the scale and of the
-    # zero; their runs are the stretches of the recording that are independent
+    # r and <x_N> (metres) with the errors of a recording of this length; their runs are the
+    # stretches of the recording that are independent
     disorder: Estimate
     length: Estimate
     # of the "whole", and of the longest stretch of "small" and of "large" amplitude, where they
@@ -106,6 +107,10 @@ def regimes(
     require(np.all(gaps > 0), "instants time_s must rise")
     interval = float(np.median(gaps))
     weight = _weights(gaps, interval)
+    require(
+        np.ptp(time) < _MOST_SAMPLES * interval,
+        f"samples every {interval:.3g} s over {np.ptp(time):.3g} s: too far apart",
+    )
     mean = float(np.average(position, weights=weight))
     lowest = float(position.min())
     require(lowest >= 0, f"x_N reaches {lowest:.3g} m: it must be measured from the support")
@@ -141,8 +146,6 @@ def analyse(
     quiet: float = QUIET,
     lasting_s: float = LASTING_S,
     blocks_m: float = 0.0,
-    scale_error: float = math.nan,
-    zero_error_m: float = math.nan,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
 
@@ -153,19 +156,12 @@ def analyse(
     something else, a long slip of the last block (docs/experiment.md).
 
     blocks_m : lengths of blocks that x_m holds, taken off: x_N of the model has none.
-    scale_error, zero_error_m : x_m is wrong by zero_error_m + scale_error x_m, one standard error
-    of each. NaN where it is not known: r and <x_N> are then told without it.
     """
     time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
     transient_s = checks.not_negative("transient_s", transient_s)
     window_s, quiet = checks.positive("window_s", window_s), checks.positive("quiet", quiet)
     lasting_s = checks.not_negative("lasting_s", lasting_s)
     blocks_m = checks.not_negative("blocks_m", blocks_m)
-    common = {"scale_error": scale_error, "zero_error_m": zero_error_m}
-    scale, zero = (
-        0.0 if isinstance(error, float) and math.isnan(error) else checks.not_negative(name, error)
-        for name, error in common.items()
-    )
     require(
         time.size == position.size,
         f"time_s has {time.size} numbers and x_m {position.size}: as many instants as positions "
@@ -185,8 +181,6 @@ def analyse(
     position = position - blocks_m
     parts = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
     interval = float(np.median(np.diff(time)))
-    # relative errors of <x_N>; x_N and its fluctuation are wrong by the same factor but for blocks
-    zero, blocks = zero / parts.mean_length, blocks_m / parts.mean_length
     moments = stretches.moments(position, _weights(np.diff(time), interval))
     disorder, length = (
         stretches.from_stretches(log, moments) for log in (_log_disorder, _log_mean)
@@ -196,8 +190,8 @@ def analyse(
         time_s=time,
         x_m=position,
         interval_s=interval,
-        disorder=exponential(stretches.widened(disorder, zero, blocks * scale)),
-        length=exponential(stretches.widened(length, zero, (1 + blocks) * scale)),
+        disorder=exponential(disorder),
+        length=exponential(length),
         spectra=_spectra(time, position, interval, parts.small),
     )
 

@@ -6,10 +6,6 @@ from typing import Any
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 
-# Metres that the face of a tape lies above or below the tops of the blocks where it was laid by
-# eye, one standard error: three of them are the centimetre of which the recipe warns.
-TAPE_HEIGHT_ERROR = 0.0035
-
 
 def _setting(default: Any, words: str, **limits: float) -> Any:
     """A field with its words and limits, of which command and configuration make theirs."""

@@ -339,7 +339,7 @@ Dataset = _keys(
     own_method=_BASIC[bool],
 )
 Camera = _keys("Camera", **_settings(CAMERA.values(), WrapValidator(_unchanged)))
-Film = _keys("Film", required=("of",), of=_BASIC[str], seconds=type_of(float, gt=0), camera=Camera)
+Film = _keys("Film", required=("of",), of=_BASIC[str])
 Preset = _keys("Preset", based_on=_BASIC[str], defaults=Defaults, datasets=_named(Dataset))
 Law = _keys("Law", **_settings(LAW))
 Config = _keys(

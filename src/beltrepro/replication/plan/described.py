@@ -38,17 +38,12 @@ def describe(
         unfinished.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
 
 
-def origin_of(path: Path) -> dict[str, Any]:
-    """What a file says that it is made from, for a file that is made from it alone."""
+def lineage(path: Path) -> dict[str, dict]:
+    """What made the datasets behind a file."""
     about, reason = _about(path)
     if reason:
         raise InputError(f"{path}: {reason}")
-    return {"sources": about["dc:source"], "lineage": about["beltrepro:lineage"]}
-
-
-def lineage(path: Path) -> dict[str, dict]:
-    """What made the datasets behind a file."""
-    return origin_of(path)["lineage"]
+    return about["beltrepro:lineage"]
 
 
 def check(path: Path, expected: dict) -> None:

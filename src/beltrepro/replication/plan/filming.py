@@ -1,7 +1,7 @@
 """The films of a preset: how the virtual camera is set, and what it films.
 
 A film is made of a dataset and is none itself: it is a video (`replication.camera`), and what is
-tracked in it knows nothing of the dataset.
+tracked in it is told the scale and the zero of the film, and nothing of the dataset.
 """
 
 from dataclasses import dataclass, field
@@ -35,9 +35,8 @@ class PlannedFilm:
 
     name: str  # unique over all films
     dataset: str  # name of the series of one point that is filmed
-    frames: int | None  # how many instants of the series, from its first one on; None for all
     camera: dict = field(hash=False)  # settings of `camera.Camera`
 
     def spec(self) -> dict:
         """What the job of the film needs, as plain values."""
-        return {"film": self.name, "frames": self.frames, "camera": self.camera}
+        return {"film": self.name, "camera": self.camera}

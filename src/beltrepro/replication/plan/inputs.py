@@ -63,7 +63,7 @@ def _read(name: str, path: Path, expected: dict[str, dict]) -> Any:
 
         return partial(read_video, path)
     if name.endswith(TRACK):
-        from beltrepro.replication.camera.track_file import Track
+        from beltrepro.replication.camera.track import Track
 
         return Track.load(path)
     from beltrepro.replication.plan import tables  # most figures need none, and no pandas

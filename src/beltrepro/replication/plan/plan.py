@@ -320,17 +320,16 @@ def _films(config: dict, datasets: Mapping, preset: str) -> dict[str, PlannedFil
     for name in datasets:
         if name.endswith((FILM, TRACK)):
             refuse(f"datasets.{name}: only films have names that end in {FILM} or {TRACK}")
-    usual = {name: about.default for name, about in CAMERA.items()} | config.get("camera", {})
+    camera = {name: about.default for name, about in CAMERA.items()} | config.get("camera", {})
+    camera |= {"seed": config["seed"]}
+    rate = camera["frames_per_second"]
+    if camera["exposure"] > 1 / rate:
+        text = f"exposure = {camera['exposure']:g}: must be at most {1 / rate:.4g}"
+        refuse(f"camera.{text}, until the next frame")
     films = {}
     for name, keys in config.get("films", {}).items():
-        camera = usual | keys.get("camera", {}) | {"seed": config["seed"]}
-        rate = camera["frames_per_second"]
-        if camera["exposure"] > 1 / rate:
-            text = f"exposure = {camera['exposure']:g}: must be at most {1 / rate:.4g}"
-            refuse(f"films.{name}: {text}, until the next frame")
         _check_filmed(name, keys["of"], datasets, rate, preset)
-        frames = round(keys["seconds"] * rate) if "seconds" in keys else None
-        films[name] = PlannedFilm(name, keys["of"], frames, camera)
+        films[name] = PlannedFilm(name, keys["of"], camera)
     return films
 
 

@@ -147,10 +147,6 @@ class Workflow:
         """What a table, figure or list of claims must say that is made from these."""
         return self._of(self.expected(*names))
 
-    def expected_of_film(self, wildcards: Any) -> dict:
-        """Of a film."""
-        return self._expected(f"{wildcards.film}{FILM}")
-
     def expected_batches(self, wildcards: Any) -> list[dict]:
         """Of the batches that are joined."""
         name = wildcards.dataset

@@ -1,8 +1,11 @@
 """Fig. 3: thresholded frames, and the place of the last block in them."""
 
+import itertools
+
 import numpy as np
 
 from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.track import white
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import filmed
@@ -11,6 +14,7 @@ FIGURE = Figure(uses=("belt_028", "belt_028_film", "belt_028_track"), number="3"
 
 STRIPS = 24
 SHOWN_S = 10.0
+_NEAR_S = 1e-3  # instants of a table and of its film
 
 
 @style.styled
@@ -27,14 +31,14 @@ def draw(data):
         return figure
     begin = _about_fastest_slip(track)
     chosen = slice(begin, begin + STRIPS)
-    until = track.time_s[chosen][-1]
-    pictures = filmed.first_pictures(data["belt_028_film"], _frames_until(track, until))
-    pictures = [taken for taken in pictures if taken.time_s >= track.time_s[begin] - 1e-6][:STRIPS]
+    first, last = track.time_s[chosen][[0, -1]]
+    frames = itertools.takewhile(lambda f: f.time_s < last + _NEAR_S, data["belt_028_film"]())
+    pictures = [frame.picture for frame in frames if frame.time_s > first - _NEAR_S][:STRIPS]
 
     panels.letter(left, "a")
     panels.letter(right, "b")
     time, position = track.time_s[chosen], 100 * track.x_m[chosen]
-    _draw_strips(left, pictures, position.mean() / 100)
+    _draw_strips(left, pictures, track, position.mean() / 100)
     left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=3.5)
     left.set_yticks(np.arange(0, len(time), 4) + 0.5, [f"{instant:.2f}" for instant in time[::4]])
     left.set(xlabel=filmed.LENGTH, ylabel=filmed.SECONDS)
@@ -54,22 +58,14 @@ def _about_fastest_slip(track):
     return int(np.clip(speed.argmin() - STRIPS // 2, 0, max(0, shown.sum() - STRIPS)))
 
 
-def _frames_until(track, time_s):
-    """How many frames a film has up to an instant, if none is dropped."""
-    return round(time_s / float(np.median(np.diff(track.time_s)))) + 1
-
-
-def _draw_strips(axes, pictures, middle_m):
+def _draw_strips(axes, pictures, track, middle_m):
     """Thresholded pictures, cut to the lane of the chain at this place, one below the other."""
     half = 0.53 * Scene().block_width
-    strips = []
-    for picture in pictures:
-        top, bottom = (round(picture.place(middle_m, side)[1]) for side in (-half, half))
-        strips.append(picture.white[max(0, top) : bottom])
-    width = pictures[0].brightness.shape[1]
-    scale = 100 * pictures[0].survey.ruler.metres_per_pixel
-    zero = pictures[0].place(0.0)[0]
-    edges = (np.array([-0.5, width - 0.5]) - zero) * scale
+    top, bottom = (round(filmed.pixel(track, middle_m, side)[1]) for side in (-half, half))
+    lane = slice(max(0, top), bottom)
+    strips = [white(picture, track.metres_per_pixel)[lane] for picture in pictures]
+    width, scale = pictures[0].shape[1], 100 * track.metres_per_pixel
+    edges = (np.array([-0.5, width - 0.5]) - track.zero[0]) * scale
     look = {"cmap": "gray", "aspect": "auto", "interpolation": "nearest"}
     axes.imshow(np.vstack(strips), extent=(*edges, len(strips), 0), **look)
     axes.set_xlim(0, edges[1])

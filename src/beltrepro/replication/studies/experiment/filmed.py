@@ -1,18 +1,12 @@
 """Parts that the figures of the virtual experiment share (Figs. 2 to 5)."""
 
-import itertools
 import textwrap
-from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.model.units import to_si
 from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
-from beltrepro.replication.camera.scene import Scene
-from beltrepro.replication.camera.survey import Survey
-from beltrepro.replication.camera.tracking import SPRING
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.studies.experiment import films, observations
 from beltrepro.replication.studies.experiment import recording_figure as drawing
@@ -22,7 +16,6 @@ SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"
 
 _LETTERS = 24  # in a line of words on a narrow panel
-_SURVEYED = 24  # frames from which it is told where things are
 _WORDS = "virtual experiment: simulated chain, simulated camera"
 
 
@@ -40,46 +33,21 @@ def speed(run):
     )
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A frame with the places of the scene in it."""
-
-    time_s: float  # when it was taken
-    brightness: np.ndarray  # what it shows
-    survey: Survey  # where things are in it
-
-    def place(self, x_m, y_m=0.0):
-        """Pixel of a point, metres along the belt from the support and across it from the chain."""
-        survey, ruler = self.survey, self.survey.ruler
-        along = ruler.places(np.array([(x_m - ruler.first_m) / ruler.spacing_m]))
-        lane = survey.across_belt(survey.block)
-        return survey.in_picture(
-            float(along[0]), lane + survey.towards * y_m / ruler.metres_per_pixel
-        )
-
-    @property
-    def white(self):
-        """The picture (H, W) of bool after the threshold: what is bright and not as thin as a
-        spring."""
-        opening = np.ones((round(SPRING * self.survey.across), 1), np.uint8)
-        opened = cv2.morphologyEx(self.brightness, cv2.MORPH_OPEN, opening)
-        threshold, _ = cv2.threshold(opened, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
-        return opened > threshold
-
-
-def first_pictures(film, count):
-    """The first frames of a film, surveyed as the tracker does."""
-    frames = list(itertools.islice(film(), max(count, _SURVEYED)))
-    survey = Survey.of([frame.picture for frame in frames[:_SURVEYED]], Scene())
-    return [Picture(*frame, survey) for frame in frames[:count]]
+def pixel(track, x_m, y_m=0.0):
+    """Pixel of a point, metres along the belt from the fixed point and across it from the chain."""
+    angle, (column, row) = np.radians(track.angle), track.zero
+    along, across = x_m / track.metres_per_pixel, y_m / track.metres_per_pixel
+    return (
+        column + along * np.cos(angle) - across * np.sin(angle),
+        row + along * np.sin(angle) + across * np.cos(angle),
+    )
 
 
 def draw_recording(trace, spectra, data, film):
     """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
     track = data[f"{film}_track"]
-    errors = {"scale_error": track.scale_error, "zero_error_m": track.zero_error_m}
     try:
-        recording = analyse(track.time_s, track.x_m, **errors)
+        recording = analyse(track.time_s, track.x_m)
     except NotEnoughDataError as reason:
         for axes in (trace, *spectra):
             panels.note(axes, str(reason))

@@ -1,4 +1,4 @@
-"""Numbers from films of the model: what each stage loses, and what recordings of the block tell."""
+"""Numbers from films of the model: errors of their tracks, and what the recordings tell."""
 
 from dataclasses import dataclass
 
@@ -22,15 +22,11 @@ TABLES = {
             "belt_022_track",
             "belt_028_track",
             "belt_035_track",
-            "stage_tracker_track",
-            "stage_lens_track",
-            "stage_sensor_track",
         )
     )
 }
 
 TRACK = "_track"
-STAGES_OF = "belt_028"  # the run that the films of single stages show
 _LATE = 0.01  # of the time between true places, by which instants may differ
 
 
@@ -68,31 +64,25 @@ def tracking_error(
 
 def recordings(data) -> pd.DataFrame:
     """A row for each film."""
-    names = [name for name in TABLES["recordings"].uses if name.endswith(TRACK)]
-    return pd.DataFrame([_recording_row(data, name.removesuffix(TRACK)) for name in names])
+    return pd.DataFrame([_recording_row(data, film) for film in BELTS])
 
 
 def _recording_row(data, film):
-    dataset = film if film in data else STAGES_OF
-    run, track = data[dataset], data[film + TRACK]
+    run, track = data[film], data[film + TRACK]
     interval = float(run.attributes["sample_interval"]) * TIME_S
-    whole = to_si(run.arrays["positions"][:, -1], "length")
-    # a film that ends before the run does: what is seen of it
-    count = int(np.rint(track.time_s[-1] / interval)) + 1
-    true = whole[:count]
+    true = to_si(run.arrays["positions"][:, -1], "length")
     error = tracking_error(track.time_s, track.x_m, true, interval)
-    sampled = analyse(interval * np.arange(count), true)
+    sampled = analyse(interval * np.arange(true.size), true)
     tracked = analyse(track.time_s, track.x_m)
     pixel = track.metres_per_pixel
     return {
         "film": film,
-        "dataset": dataset,
         "belt_speed": to_si(run.attributes["belt_velocity"], "velocity"),
         "noise": run.attributes["noise"],
-        "seconds": count * interval,
+        "seconds": true.size * interval,
         "frames_per_second": 1 / interval,
         "frames": error.places,
-        "r_run": float(run.arrays["disorder_parameter"]) if film == dataset else np.nan,
+        "r_run": float(run.arrays["disorder_parameter"]),
         "r_sampled": sampled.disorder_parameter,
         "r_tracked": tracked.disorder_parameter,
         "mean_sampled": sampled.mean_length,
@@ -102,7 +92,6 @@ def _recording_row(data, film):
         "offset": error.offset / pixel,
         "scatter": error.scatter / pixel,
         "largest": error.largest / pixel,
-        "told": float(np.sqrt(np.mean(track.error_m**2))) / pixel,
         "scale": error.scale,
         "metres_per_pixel": pixel,
     }

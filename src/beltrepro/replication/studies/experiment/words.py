@@ -7,11 +7,6 @@ from beltrepro.model import units
 from beltrepro.replication.studies.experiment import observations
 
 _HALF = 0.5
-_STAGES = {
-    "stage_tracker": "tracker alone: sharp, still, noiseless, lossless",
-    "stage_lens": "and the lens: blur, exposure, picture turned",
-    "stage_sensor": "and the sensor: noise, uneven and drifting light, lost frames",
-}
 
 
 TRIALS_TOLD_BY = ("experiment_odds", "alternation")
@@ -92,14 +87,10 @@ def _span(values, form: str = "g") -> str:
 
 
 def of_recordings(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    """Rows of the recordings and of the stages of filming, as text."""
+    """Rows of the recordings, as text."""
     rows = tables["recordings"].to_dict("records")
-    whole = [row for row in rows if row["film"] == row["dataset"]]
-    stages = [row | {"stage": _STAGES[row["film"]]} for row in rows if row["film"] in _STAGES]
-    filmed = next(row for row in whole if row["film"] == stages[0]["dataset"])
     return {
-        "recordings": [_recording(row) for row in whole],
-        "stages": [_error(row) for row in [*stages, filmed | {"stage": "and the codec: the film"}]],
+        "recordings": [_recording(row) for row in rows],
         "rate": rows[0]["frames_per_second"],
     }
 
@@ -112,10 +103,5 @@ def _recording(row: dict) -> dict:
         "r": [f"{row[name]:.5f}" for name in ("r_run", "r_sampled", "r_tracked")],
         "mean": [f"{100 * row[name]:.3f}" for name in ("mean_sampled", "mean_tracked")],
         "small": [f"{100 * row[name]:.1f}" for name in ("small_sampled", "small_tracked")],
+        "error": [f"{row[name]:.3f}" for name in ("scatter", "offset", "largest")],
     }
-
-
-def _error(row: dict) -> dict:
-    pixels = {name: f"{row[name]:.3f}" for name in ("scatter", "offset", "largest", "told")}
-    relative = (("scale", row["scale"]), ("r", row["r_tracked"] / row["r_sampled"] - 1))
-    return {"stage": row["stage"]} | pixels | {name: f"{value:.0e}" for name, value in relative}

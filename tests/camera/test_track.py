@@ -1,0 +1,254 @@
+"""Tracking at a known scale: places to parts of a pixel, lost frames, refusals in one line."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from beltrepro.base.errors import InputError
+from beltrepro.cli import app as cli
+from beltrepro.replication.camera.camera import Framing, film, pictures
+from beltrepro.replication.camera.scene import Camera, Scene
+from beltrepro.replication.camera.track import Track, track
+from beltrepro.replication.camera.video import Frame, write_video
+from filming import FRAMES_PER_SECOND, swaying
+
+MOVEMENT = swaying(4.0)
+TRUE = MOVEMENT.x_m[:, -1]
+CLEAN = {"blur": 0, "sensor_noise": 0, "light_unevenness": 0, "light_drift": 0, "compression": 0}
+POOR = {"blur": 1.2, "sensor_noise": 6, "light_unevenness": 0.3, "light_drift": 0.3}
+WORKFLOW = {"blur": 0.8, "sensor_noise": 3, "light_unevenness": 0.3, "light_drift": 0.2}
+WORKFLOW |= {"angle": 0.7, "dropped": 0.01, "compression": 26}
+CAMERA = Camera(metres_per_pixel=0.0021, width=400, height=80)
+VIEW = Framing.of(MOVEMENT, Scene(), CAMERA)
+KNOWN = {"scale": VIEW.metres_per_pixel, "zero": VIEW.zero[0]}
+WHOLE = [frame.picture for frame in pictures(MOVEMENT, camera=CAMERA)]
+
+
+def written(path, frames):
+    """A film of some pictures."""
+    frames = (Frame(k / FRAMES_PER_SECOND, np.ascontiguousarray(p)) for k, p in enumerate(frames))
+    write_video(path, frames, frames_per_second=FRAMES_PER_SECOND)
+    return path
+
+
+def errors(tracked):
+    """Errors in pixels of the frames that were found."""
+    frame = np.rint(tracked.time_s * FRAMES_PER_SECOND).astype(int)
+    np.testing.assert_allclose(MOVEMENT.time_s[frame], tracked.time_s, atol=1e-3)
+    return (tracked.x_m - TRUE[frame]) / tracked.metres_per_pixel
+
+
+def rms(values):
+    return np.sqrt(np.mean(np.square(values)))
+
+
+@pytest.mark.parametrize(
+    ("settings", "limit"),
+    [
+        (CLEAN | {"exposure": 0}, 0.005),
+        (CLEAN, 0.01),
+        (WORKFLOW, 0.1),
+        (CLEAN | {"exposure": 1 / 24}, 0.1),
+        (POOR | {"dropped": 0.1}, 0.1),
+        (POOR | {"angle": 5.0}, 0.1),
+        (POOR | {"angle": -9.0}, 0.1),
+        (POOR | {"light_unevenness": 0.6}, 0.15),
+        (WORKFLOW | {"compression": 38}, 0.2),
+    ],
+)
+def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, settings, limit):
+    camera = Camera(metres_per_pixel=0.0021, width=400, height=160, **settings)
+    view = Framing.of(MOVEMENT, Scene(), camera)
+    count = film(MOVEMENT, tmp_path / "film.mp4", camera=camera)
+    tracked = track(tmp_path / "film.mp4", scale=view.metres_per_pixel, zero=view.zero[0])
+    error = errors(tracked)
+    assert len(error) == count and not tracked.lost_s.size
+    assert rms(error) < limit
+    assert tracked.angle == pytest.approx(camera.angle, abs=0.2)
+    assert tracked.zero == pytest.approx(view.zero, abs=1.0)
+    frame = np.rint(tracked.time_s * FRAMES_PER_SECOND).astype(int)
+    r, true = (x.std() / x.mean() for x in (tracked.x_m, TRUE[frame]))
+    assert r == pytest.approx(true, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene(belt=90, block=60, white_block=170, tape=150, mark=80, spring=110),  # little contrast
+        Scene(white_block=255, tape=255, spring=250),  # springs as bright as the block
+        Scene(block_length=0.06, block_width=0.06),
+    ],
+)
+def test_other_colours_and_sizes(tmp_path, scene):
+    view = Framing.of(MOVEMENT, scene, CAMERA)
+    film(MOVEMENT, tmp_path / "film.mp4", scene=scene, camera=CAMERA)
+    tracked = track(tmp_path / "film.mp4", scale=view.metres_per_pixel, zero=view.zero[0])
+    assert len(tracked.time_s) == len(TRUE)
+    assert rms(errors(tracked)) < 0.2
+
+
+def test_scale_zero_and_support_are_those_that_are_given(tmp_path):
+    path = written(tmp_path / "film.mp4", WHOLE)
+    tracked = track(path, **KNOWN)
+    other = track(path, scale=2 * KNOWN["scale"] / 1.9, zero=KNOWN["zero"] + 10)
+    np.testing.assert_allclose(other.x_m, (tracked.x_m - 10 * KNOWN["scale"]) * 2 / 1.9, rtol=1e-3)
+    turned = written(tmp_path / "turned.mp4", [picture[::-1, ::-1] for picture in WHOLE])
+    zero = CAMERA.width - 1 - KNOWN["zero"]
+    upside_down = track(turned, scale=KNOWN["scale"], zero=zero, support="right")
+    np.testing.assert_allclose(upside_down.x_m, tracked.x_m, atol=0.1 * KNOWN["scale"])
+    with pytest.raises(InputError, match=r"on the side of the support, .* --support"):
+        track(turned, scale=KNOWN["scale"], zero=zero)
+
+
+def test_frames_without_the_block_are_lost_and_told(tmp_path):
+    frames = [picture.copy() for picture in WHOLE]
+    for picture in frames[30:42]:  # a hand from above, over half of the blocks' lane
+        cv2.ellipse(picture, (300, 10), (200, 45), 0, 0, 360, 150, -1)
+    frames[50][:] = 0
+    tracked = track(written(tmp_path / "film.mp4", frames), **KNOWN)
+    times = [[30, 41], [50, 50]]
+    np.testing.assert_allclose(tracked.lost_s, np.array(times) / FRAMES_PER_SECOND, atol=1e-3)
+    assert len(tracked.time_s) == len(frames) - 13
+    assert rms(errors(tracked)) < 0.1
+
+
+def test_a_block_that_leaves_the_picture_is_lost(tmp_path):
+    edge = int(VIEW.left + np.quantile(TRUE, 0.7) / VIEW.metres_per_pixel) + 14
+    frames = [picture[:, : edge - edge % 2] for picture in WHOLE]
+    tracked = track(written(tmp_path / "film.mp4", frames), **KNOWN)
+    beyond = VIEW.along(TRUE + 0.02) > frames[0].shape[1]
+    assert len(tracked.time_s) <= np.sum(~beyond) < len(TRUE)
+    assert np.abs(errors(tracked)).max() < 0.3
+
+
+def test_a_film_that_breaks_off_is_measured_up_to_there_and_a_resting_block_too(tmp_path):
+    path = written(tmp_path / "film.mkv", WHOLE)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(0.7 * len(content))])
+    tracked = track(path, **KNOWN)
+    assert 12 <= len(tracked.time_s) < len(TRUE) and rms(errors(tracked)) < 0.1
+    resting = track(written(tmp_path / "rest.mp4", WHOLE[:1] * 30), **KNOWN)
+    assert resting.x_m == pytest.approx(np.full(30, TRUE[0]), abs=0.1 * KNOWN["scale"])
+
+
+# --- refusals -------------------------------------------------------------------------------------
+
+
+def painted(columns):
+    """The film with a second white block."""
+    frames = [picture.copy() for picture in WHOLE]
+    for picture in frames:
+        picture[13:51, columns] = 235
+    return frames
+
+
+BLACK = Scene(white_block=Scene().block)
+NO_BLOCK = [frame.picture for frame in pictures(MOVEMENT, scene=BLACK, camera=CAMERA)]
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda path: path, "no such file"),
+        (lambda path: path.parent, "directory"),
+        (lambda path: path.write_bytes(b"time_s,x_m\n0,1\n") and path, "not a video"),
+        (lambda path: written(path, WHOLE[:1]), "found in 1 of 1 frames"),
+        (lambda path: written(path, np.zeros((9, 64, 64), np.uint8)), "found in 0 of 9 frames"),
+        (lambda path: written(path, NO_BLOCK), "half of them are needed"),
+        (lambda path: written(path, np.rot90(WHOLE, axes=(1, 2))), "from left to right"),
+        (lambda path: written(path, painted(slice(20, 39))), "two white things"),
+    ],
+)
+def test_films_that_are_refused(tmp_path, make, words):
+    path = make(tmp_path / "film.mp4")
+    with pytest.raises(InputError, match=words) as caught:
+        track(path, **KNOWN)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--scale=0.0021"], "scale = metres / pixels between them (--scale). zero = the pixel"),
+        (["--zero=10"], "scale = metres / pixels between them (--scale). zero = the pixel"),
+        (["--scale=0", "--zero=10"], "scale = 0: must be at least 1e-06"),
+        (["--scale=nan", "--zero=10"], "scale = nan: a finite number"),
+        (["--scale=2.1", "--zero=10"], "scale = 2.1: must be at least 1e-06 and at most 0.1"),
+        (["--scale=0.0021", "--zero=inf"], "zero = inf"),
+        (["--scale=0.0021", "--zero=10", "--support=up"], "support = 'up': allowed are left, ri"),
+        (["--scale=0.0021", "--zero=10", "--output=film.mp4"], "must end in .csv"),
+    ],
+)
+def test_options_of_track_that_are_refused(tmp_path, capsys, monkeypatch, options, words):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "film.mp4", WHOLE[:12])
+    assert cli.main(["track", "film.mp4", "--output=a.csv", *options]) == 2
+    out, err = capsys.readouterr()
+    assert not out and words in err and err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+
+
+# --- tables ---------------------------------------------------------------------------------------
+
+HEADER = "time_s,x_m\n"
+ROWS = "".join(f"{row / 24},{0.8 + 0.01 * (row % 9)}\n" for row in range(60))
+
+
+def test_a_track_is_kept_in_a_table(tmp_path):
+    lost_s = np.array([[1.5, 2.0]])
+    tracked = Track(np.arange(3.0), np.array([0.7, 0.8, 0.75]), lost_s, 0.0021, (13.9, 27.4), 0.7)
+    tracked.save(tmp_path / "track.csv")
+    again = Track.load(tmp_path / "track.csv")
+    for name in ("time_s", "x_m", "lost_s"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(tracked, name))
+    assert (again.metres_per_pixel, again.zero, again.angle) == (0.0021, (13.9, 27.4), 0.7)
+
+
+def german(text):
+    """As a spreadsheet with decimal commas writes it."""
+    return "\ufeff" + text.replace(",", ";").replace(".", ",").replace("\n", "\r\n")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        german(HEADER + ROWS),
+        (HEADER + ROWS).replace(",", "\t"),
+        (HEADER + ROWS).replace("time_s,x_m", "Time_s, X_m"),
+        HEADER + ROWS + ",\n,\n",
+        '"# {""angle"": 0,7";""\n' + german(HEADER + ROWS)[1:],
+        json.dumps({"lost_s": 3}).join(["# ", "\n"]) + HEADER + ROWS,
+    ],
+)
+def test_a_table_of_a_spreadsheet_is_read(tmp_path, text):
+    (tmp_path / "plain.csv").write_text(HEADER + ROWS)
+    (tmp_path / "other.csv").write_text(text, newline="")
+    plain, other = Track.load(tmp_path / "plain.csv"), Track.load(tmp_path / "other.csv")
+    np.testing.assert_array_equal([other.time_s, other.x_m], [plain.time_s, plain.x_m])
+    assert other.lost_s.shape == (0, 2) and np.isnan(other.angle)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "lacks the column time_s, x_m"),
+        ("t,x\n0,1\n", "lacks the column time_s, x_m; its first line is 't,x'"),
+        (HEADER, "has no rows"),
+        (HEADER + "0,fast\n", "row 1 has no number in time_s or x_m: ['0', 'fast']"),
+        (HEADER + ROWS + "nan,1\n", "row 61 has no finite number"),
+        (HEADER + ROWS + "9\n", "row 61 has no number"),
+        (HEADER + ROWS + "1e9,1\n", "too far apart"),
+        (HEADER + "0,0.8\n" * 60, "must rise"),
+        (HEADER + "0,0.8\n", "1 sample"),
+        (HEADER + "0,-0.8\n" + ROWS.partition("\n")[2], "measured from the support"),
+        (b"\x89PNG\r\n\xff\xfe", "not a text file"),
+    ],
+)
+def test_tables_that_are_refused(tmp_path, capsys, text, words):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    assert cli.main(["analyse", str(path)]) == 2
+    out, err = capsys.readouterr()
+    assert not out and words in err and str(path) in err and err.count("\n") == 1
