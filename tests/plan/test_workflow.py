@@ -162,7 +162,7 @@ def test_every_rule_that_runs_declares_what_it_needs():
             for directive in needed:
                 assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
             assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 8
+    assert count == 7
 
 
 def test_code_behind_a_batch_is_that_of_the_integrators_of_its_points(monkeypatch):
