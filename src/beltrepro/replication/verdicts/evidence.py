@@ -131,7 +131,7 @@ class Evidence:
         return self._datasets[name]
 
     def track(self, name: str):
-        """The track of the last block in a film, e.g. of "belt_028": an `experiment.Track`."""
+        """The track of the last block in a film, e.g. of "belt_028": a `camera.track.Track`."""
         return self.dataset(f"{name}_track")
 
     def has(self, name: str) -> bool:
