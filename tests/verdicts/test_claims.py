@@ -21,7 +21,7 @@ from made_up import SETTINGS, few_resamples  # noqa: F401
 CONFIG = Path(__file__).parents[2] / "config.yaml"
 LEDGER = load_ledger()
 # `figure_data` has none of these, or lacks columns that claims read, and figures do not.
-LACKING = ("belt_", "stage_", "pairs_", "noise_steps", "noisy_motion")
+LACKING = ("belt_", "pairs_", "noise_steps", "noisy_motion")
 # Words that no sentence of the ledger may have: they tell a verdict, which the numbers decide.
 FORBIDDEN = r"\bnan\b|undecided|\bholds?\b|\bfails?\b|not measured|allowed"
 

@@ -136,7 +136,6 @@ def _follow(
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
         observers.append(log)
-    # samples and events would fill a checkpoint
     observe(integrator, lengths["duration"], observers, report)
     loading.judge(group, histories)
     measured = sampling, start + lengths["transient"], integrator.time
