@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results
-from beltrepro.simulation.setup import Chains, Keywords, Setup, setup_of, with_setup
+from beltrepro.simulation.setup import Chains, Setup, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import EQUILIBRIUM
@@ -134,7 +134,7 @@ def basins(
     *,
     duration: float,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> Basins:
     """On which attractor each of P chains ends, by where it begins.
 

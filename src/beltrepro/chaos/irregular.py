@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Unpack
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import (
     Case,
     Chains,
-    Keywords,
     check_duration,
     columns,
     setup_of,
@@ -61,7 +60,7 @@ def time_to_orbit(
     duration: float,
     closed: float = CLOSED,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> Results:
     """How long the motion of each of P chains is irregular before it settles, and on what orbit.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Unpack
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
+from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
@@ -141,7 +141,7 @@ def lyapunov_spectrum(
     n_exponents: int | None = None,
     noise_clock: str = REST,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> LyapunovSpectrum | Results:
     """Lyapunov exponents: of one chain from its runs, or of each of several chains.
 

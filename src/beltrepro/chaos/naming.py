@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import Unpack
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.setup import Case, Chains, Keywords, check_lengths, setup_of, with_setup
+from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import PERIODIC, name_motion
 from beltrepro.stats.recurrence import Recurrence, find_recurrence
@@ -70,7 +70,7 @@ def classify(
     transient: float,
     noise_clock: str = REST,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> Motion | Results:
     """Tell what kind of motion one chain ends in, or each of several.
 

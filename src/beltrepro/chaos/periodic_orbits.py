@@ -7,7 +7,7 @@ map over one period. Its 2N eigenvalues are the multipliers of the orbit (docs/t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Unpack
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from beltrepro.simulation.groups import Report, check_progress, integrator_of, o
 from beltrepro.simulation.setup import (
     Case,
     Chains,
-    Keywords,
     check_lengths,
     check_state,
     check_tolerance,
@@ -140,7 +139,7 @@ def periodic_orbit(
     duration: float,
     transient: float,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> PeriodicOrbit:
     """The periodic orbit in which a chain ends.
 

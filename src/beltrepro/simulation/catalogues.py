@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from beltrepro.simulation.sampling import EventWatch
 from beltrepro.simulation.setup import (
     Case,
     Chains,
-    Keywords,
     PerChain,
     check_lengths,
     section_positions,
@@ -84,7 +83,7 @@ def catalogue(
     section_block: int | None = None,
     section_position: PerChain[float] | None = None,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> Catalogue:
     """Slips, avalanches and section points of P chains (Figs. 9 and 10).
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from beltrepro.simulation.sampling import for_moments, moments_of
 from beltrepro.simulation.setup import (
     Case,
     Chains,
-    Keywords,
     PerChain,
     check_duration,
     check_lengths,
@@ -46,7 +45,7 @@ def scan(
     section_values: int = 500,
     laminar_time: float = 200.0,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> Results:
     """What Figs. 12 to 22 show of a point (N, u, sigma), for P chains.
 
@@ -149,7 +148,7 @@ def time_to_continuous_slip(
     settle_time: float | None = None,
     laminar_time: float = 200.0,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> Results:
     """How long until the last block of each of P chains slips for good (inset of Fig. 12).
 

@@ -6,10 +6,10 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property, partial
 from inspect import signature
-from typing import Any, TypeAlias, TypedDict, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.random.bit_generator import ISeedSequence
@@ -86,6 +86,31 @@ class Case:
         return self.parameters, self.kind, *(array.tobytes() for array in arrays)
 
 
+def check_state(name: str, value: Any) -> ChainState:
+    """A state of a chain."""
+    if not isinstance(value, ChainState):
+        raise InputError(f"{name} = {shown(value)}: a ChainState is needed")
+    return value
+
+
+def _or_none(check: Callable[..., T], name: str, value: Any, **limits: float) -> T | None:
+    """A checked value, or None for that of a rule."""
+    return None if value is None else check(name, value, **limits)
+
+
+def check_tolerance(name: str, value: Any) -> float | None:
+    """A tolerance, or None for the method's own."""
+    return _or_none(checks.within, name, value, **LIMITS["tolerance"])
+
+
+_check_method = partial(names.one_of, allowed=METHODS)
+_check_time_step = partial(checks.within, **LIMITS["time_step"])
+_check_key = partial(_or_none, checks.key)
+_check_positions = partial(_or_none, checks.series)
+_check_spread = partial(checks.within, **LIMITS["initial_spread"])
+_check_start = partial(_or_none, check_state)
+
+
 @names.checked
 @dataclass(frozen=True, eq=False, repr=False)
 class Setup:
@@ -134,14 +159,18 @@ class Setup:
 
     chains: ChainParameters | Sequence[ChainParameters] | Grid
     _: KW_ONLY
-    method: PerChain[str] = "event"
-    time_step: PerChain[float] = 0.001
-    tolerance: PerChain[float | None] = None
-    seed: PerChain[int] | None = None
-    replicate: PerChain[int] | None = None
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None = None
-    initial_spread: PerChain[float] = 0.0
-    initial_state: PerChain[ChainState] | None = None
+    method: PerChain[str] = field(default="event", metadata={"check": _check_method})
+    time_step: PerChain[float] = field(default=0.001, metadata={"check": _check_time_step})
+    tolerance: PerChain[float | None] = field(default=None, metadata={"check": check_tolerance})
+    seed: PerChain[int] | None = field(default=None, metadata={"check": _check_key})
+    replicate: PerChain[int] | None = field(default=None, metadata={"check": _check_key})
+    initial_positions: ArrayLike | Sequence[ArrayLike] | None = field(
+        default=None, metadata={"check": _check_positions}
+    )
+    initial_spread: PerChain[float] = field(default=0.0, metadata={"check": _check_spread})
+    initial_state: PerChain[ChainState] | None = field(
+        default=None, metadata={"check": _check_start}
+    )
     workers: int | None = 1
     cases: tuple[Case, ...] = field(init=False)
 
@@ -165,27 +194,17 @@ class Setup:
         return f"Setup({self.cases[0].parameters.describe()}, {self.cases[0].method}{many})"
 
 
-class Keywords(TypedDict, total=False):
-    """The keywords of `Setup`, for functions that make one."""
-
-    method: PerChain[str]
-    time_step: PerChain[float]
-    tolerance: PerChain[float | None]
-    seed: PerChain[int] | None
-    replicate: PerChain[int] | None
-    initial_positions: ArrayLike | Sequence[ArrayLike] | None
-    initial_spread: PerChain[float]
-    initial_state: PerChain[ChainState] | None
-    workers: int | None
-
-
 Chains: TypeAlias = ChainParameters | Sequence[ChainParameters] | Grid | Setup
-KEYWORDS = tuple(Keywords.__annotations__)
+_CHECKS: dict[str, Callable[[str, Any], Any]] = {
+    keyword.name: keyword.metadata["check"]
+    for keyword in fields(Setup)
+    if "check" in keyword.metadata
+}
 
 
 def with_setup(function: F) -> F:
     """Decorate a function that takes the keywords of a setup beside its own."""
-    return names.checked(function, also=KEYWORDS)
+    return names.checked(function, also=(*_CHECKS, "workers"))
 
 
 def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
@@ -203,11 +222,8 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
 def _workers(value: Any) -> int:
     """Cores to use: so many, or all that this process may."""
     if value is None:
-        return (
-            len(os.sched_getaffinity(0))
-            if hasattr(os, "sched_getaffinity")
-            else os.cpu_count() or 1
-        )
+        has_affinity = hasattr(os, "sched_getaffinity")
+        return len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1
     if checks.key("workers", value) < 1:
         raise InputError("workers = 0: at least 1 is needed, or None for all cores")
     return int(value)
@@ -289,35 +305,6 @@ def section_positions(
     if positions is None:
         return np.array([section_position(case.parameters, block) for case in cases])
     return np.array(for_each("section_position", positions, len(cases), checks.positive))
-
-
-def check_state(name: str, value: Any) -> ChainState:
-    """A state of a chain."""
-    if not isinstance(value, ChainState):
-        raise InputError(f"{name} = {shown(value)}: a ChainState is needed")
-    return value
-
-
-def _or_none(check: Callable[..., T], name: str, value: Any, **limits: float) -> T | None:
-    """A checked value, or None for that of a rule."""
-    return None if value is None else check(name, value, **limits)
-
-
-def check_tolerance(name: str, value: Any) -> float | None:
-    """A tolerance, or None for the method's own."""
-    return _or_none(checks.within, name, value, **LIMITS["tolerance"])
-
-
-_CHECKS: dict[str, Callable[[str, Any], Any]] = {
-    "method": partial(names.one_of, allowed=METHODS),
-    "time_step": partial(checks.within, **LIMITS["time_step"]),
-    "tolerance": check_tolerance,
-    "seed": partial(_or_none, checks.key),
-    "replicate": partial(_or_none, checks.key),
-    "initial_spread": partial(checks.within, **LIMITS["initial_spread"]),
-    "initial_state": partial(_or_none, check_state),
-    "initial_positions": partial(_or_none, checks.series),
-}
 
 
 def _rows(setup: Setup) -> tuple[list[ChainParameters], dict[str, list]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache, partial
 from importlib.metadata import version
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +35,6 @@ from beltrepro.simulation.setup import (
     TOLERANCES,
     Case,
     Chains,
-    Keywords,
     check_lengths,
     setup_of,
     with_setup,
@@ -58,7 +57,7 @@ def simulate(
     sample_interval: float | None = 0.1,
     sample_start: float = 0.0,
     progress: Report | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> Run | list[Run]:
     """Simulate one chain, or several together, from all blocks stuck (Sec. III) or from a state.
 

@@ -7,7 +7,7 @@ is treated as `beltrepro.replication.camera.recording` treats a film, so that bo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.model import units
 from beltrepro.replication.camera import recording
 from beltrepro.simulation import Run, Setup, simulate
-from beltrepro.simulation.setup import Chains, Keywords, part_of, setup_of
+from beltrepro.simulation.setup import Chains, part_of, setup_of
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
 
@@ -29,7 +29,7 @@ def trials(
     sample_interval: float,
     laminar_time: float = 200.0,
     progress: Callable[[float], None] | None = None,
-    **setup: Unpack[Keywords],
+    **setup: Any,
 ) -> dict[str, np.ndarray]:
     """What the recording of each of P runs would tell.
 
