@@ -16,7 +16,6 @@ from beltrepro.observe.crossings import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
 from beltrepro.simulation.groups import Report, in_groups, integrator_of, observe
 from beltrepro.simulation.loading import LoadingWatch
-from beltrepro.simulation.sampling import EventWatch
 from beltrepro.simulation.setup import (
     Case,
     Chains,
@@ -159,9 +158,8 @@ def _record(
     start = members[0].state.time + lengths["transient"]
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
-    watch = EventWatch(members, events)
     histories = loading.history(members, **lengths)
-    observe(integrator, lengths["duration"], [events, crossings, watch, *histories], report)
+    observe(integrator, lengths["duration"], [events, crossings, *histories], report)
     loading.judge(group, histories)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)

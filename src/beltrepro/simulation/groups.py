@@ -12,10 +12,6 @@ from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Sectio
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import METHODS, Case
 
-# By the method of the cases. As a table, so that the code behind a job of the workflow is that of
-# its own integrator.
-INTEGRATORS: dict[str, Any] = {"verlet": METHODS["verlet"], "event": METHODS["event"]}
-
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
 T = TypeVar("T")
@@ -61,8 +57,7 @@ def in_groups(
             told()
 
         group = batches[number]
-        outcome = work(group, [cases[index] for index in group], report)
-        return outcome
+        return work(group, [cases[index] for index in group], report)
 
     if workers == 1 or len(batches) == 1:
         outcomes = [made(number, show) for number in range(len(batches))]
@@ -107,7 +102,7 @@ def integrator_of(
         "section": section,
         **first.accuracy,
     }
-    return INTEGRATORS[first.method]([case.state for case in members], **settings)
+    return METHODS[first.method]([case.state for case in members], **settings)
 
 
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Report) -> None:

@@ -3,14 +3,15 @@
 import math
 import warnings
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from beltrepro.model.section import balance_length
 from beltrepro.observe.length import LengthHistory
 from beltrepro.simulation.setup import Case, caller
-from beltrepro.stats.stationarity import Moments, beginning
 
+_MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
 _SURELY = 5  # loading times after which nobody looks any more
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
@@ -21,10 +22,8 @@ class LoadingWatch:
 
     def __init__(self, cases: Sequence[Case]) -> None:
         self._cases = cases
-        count = len(cases)
-        self._length = np.zeros(count)  # of the loading that is measured; infinite: to the end
-        self._loads = np.zeros(count, dtype=bool)  # whether it matters
-        self._disorder, self._later_disorder = np.zeros(count), np.zeros(count)
+        # of the runs in which it matters: how long it lasts, r, and r without it
+        self._loading: dict[int, tuple[float, float, float]] = {}
 
     def history(
         self, members: Sequence[Case], duration: float, transient: float
@@ -36,44 +35,38 @@ class LoadingWatch:
         return [LengthHistory(len(members), start + transient, start + duration)]
 
     def judge(self, group: np.ndarray, histories: list[LengthHistory]) -> None:
-        """Note how the runs of a group begin."""
-        if not any(history.count.any() for history in histories):
-            return
-        (history,) = histories
-
-        def disorder(moments: Moments) -> np.ndarray:
-            return moments.deviation / (moments.mean + rest)
-
+        """Note which runs of a group begin with loading."""
         rest = self._cases[group[0]].parameters.rest_positions[-1]
-        first = beginning(**vars(history))
-        self._length[group], self._loads[group] = first.length, first.matters
-        self._disorder[group] = disorder(first.whole)
-        self._later_disorder[group] = disorder(first.rest)
+        for history in histories:
+            if history.count.any():
+                length, matters, *parts = beginning(history)
+                whole, later = (moments.deviation / (moments.mean + rest) for moments in parts)
+                for lane in np.flatnonzero(matters):
+                    self._loading[int(group[lane])] = length[lane], whole[lane], later[lane]
 
     def warn(self, duration: float, transient: float) -> None:
         """Warn if runs are measured while their chains load, and say how long that takes."""
         needed = {
             number: self._needed(number, transient)
-            for number in np.flatnonzero(self._loads).tolist()
+            for number in sorted(self._loading)
             if self._may_load(number, duration, transient)
         }
         if not needed:
             return
         number = max(needed, key=needed.__getitem__)
+        length, disorder, later = self._loading[number]
         many = "" if len(self._cases) == 1 else f"{len(needed)} of {len(self._cases)} chains: "
-        text = f"r = {self._disorder[number]:.3g}"
-        if math.isfinite(self._length[number]):
-            text += f", {self._later_disorder[number]:.3g} without the first of it"
+        without = f", {later:.3g} without the first of it" if math.isfinite(length) else ""
         longer = "" if needed[number] < duration / 2 else " and a duration well beyond it"
         warnings.warn(
-            f"{many}loading is measured too ({self._cases[number].parameters.describe()}: {text}); "
-            f"transient={needed[number]:g}{longer} leaves it out",
+            f"{many}loading is measured too ({self._cases[number].parameters.describe()}: "
+            f"r = {disorder:.3g}{without}); transient={needed[number]:g}{longer} leaves it out",
             stacklevel=caller(),
         )
 
     def _needed(self, number: int, transient: float) -> float:
         """A transient that leaves the loading of a run out, of two digits."""
-        length = self._length[number]
+        length = self._loading[number][0]
         seen = transient + length if math.isfinite(length) else 0.0
         time = _AMPLE * max(_loading_time(self._cases[number]), seen)
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
@@ -90,3 +83,49 @@ def _loading_time(case: Case) -> float:
     """Time in which the belt brings the last block to where springs and friction balance."""
     chain = case.parameters
     return (balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
+
+
+class Moments(NamedTuple):
+    """Mean and standard deviation of W runs, with standard errors; each (W,)."""
+
+    mean: np.ndarray
+    deviation: np.ndarray
+    mean_error: np.ndarray
+    deviation_error: np.ndarray
+
+
+def beginning(history: LengthHistory) -> tuple[np.ndarray, np.ndarray, Moments, Moments]:
+    """Of W runs how long the beginning is, whether it matters, and moments with and without it.
+
+    A bin belongs to it if its mean is beyond all values that come later, and if all bins before it
+    do. What comes back, as in periodic, chaotic and intermittent motion, is no beginning. Its
+    length is 0 if there is none, and infinite if it is the whole run; it matters if mean or
+    deviation change by more than their errors without it.
+    """
+    kept = history.count > 0
+    starts, count = history.edges[:-1][kept], history.count[kept, None]
+    mean, squares = history.mean[kept], history.squares[kept]
+    lowest = np.minimum.accumulate(history.low[kept][::-1])[::-1][1:]
+    highest = np.maximum.accumulate(history.high[kept][::-1])[::-1][1:]
+    beyond = (mean[:-1] < lowest) | (mean[:-1] > highest)
+    bins = np.logical_and.accumulate(beyond).sum(axis=0)
+    later = np.arange(len(count))[:, None] >= bins
+    whole, rest = (_moments(weight, mean, squares) for weight in (count + 0 * mean, count * later))
+    material = _MATERIAL * rest.deviation
+    matters = np.abs(rest.mean - whole.mean) > np.maximum(rest.mean_error, material)
+    matters |= np.abs(rest.deviation - whole.deviation) > np.maximum(rest.deviation_error, material)
+    length = np.where(bins < len(count) - 1, starts[bins] - history.edges[0], np.inf)
+    return length, matters & (bins > 0), whole, rest
+
+
+def _moments(weight: np.ndarray, mean: np.ndarray, squares: np.ndarray) -> Moments:
+    """Moments over bins (K, W) of these weights; errors as if bins were independent."""
+    share = weight / weight.sum(axis=0)
+    centre = (share * mean).sum(axis=0)
+    variances = squares - 2 * centre * mean + centre**2
+    variance = np.maximum((share * variances).sum(axis=0), 0.0)
+    deviation = np.sqrt(variance)
+    mean_error = np.sqrt((share**2 * (mean - centre) ** 2).sum(axis=0))
+    variance_error = np.sqrt((share**2 * (variances - variance) ** 2).sum(axis=0))
+    deviation_error = variance_error / np.maximum(2 * deviation, 1e-300)
+    return Moments(centre, deviation, mean_error, deviation_error)

@@ -1,7 +1,6 @@
 """When samples are taken, the samples of runs, and whether they fit in the memory."""
 
 import math
-import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,20 +9,18 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Chunk, Sampling
 from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.slips import EventLog
 from beltrepro.simulation.setup import Case, caller
 
 MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
 FEWEST = 10  # samples for r and <x_N>
 _ROUNDING = 1e-9  # share of an interval
 _AT_ONCE = 2**15  # numbers that are worked on together
-_UNWATCHED = 2**27  # bytes of events
 
 
 def checked(
@@ -168,7 +165,7 @@ def check_memory(
     # a row of time; positions, velocities and friction
     row = sum(8 * (1 + 3 * case.parameters.n_blocks) for case in cases)
     needed, free = row * span / sample_interval, available()
-    if free is not None and needed > free:
+    if needed > free:
         raise InputError(
             f"sample_interval = {sample_interval:g}: the samples need {needed / 1e9:.3g} GB of "
             f"memory, {free / 1e9:.3g} GB are available; from {1.1 * row * span / free:.2g} on "
@@ -176,37 +173,13 @@ def check_memory(
         )
 
 
-class EventWatch:
-    """Stops a group of runs whose events would soon not fit in the memory."""
-
-    def __init__(self, members: Sequence[Case], log: EventLog) -> None:
-        self._members, self._log = members, log
-        self._next = _UNWATCHED
-
-    def observe(self, chunk: Chunk) -> None:
-        """Look at the free memory each time that the events have doubled."""
-        size = self._log.nbytes
-        if size < self._next:
-            return
-        self._next = 2 * size
-        free = available()
-        if free is not None and size > free:
-            most = int(np.argmax(self._log.counts))
-            raise ModelStateError(
-                f"{self._members[most].parameters.describe()}: the events of the runs need "
-                f"{size / 1e9:.3g} GB at t = {chunk.end:g}, and as much again is not available"
-            )
-
-
-def available() -> int | None:
-    """Bytes of memory that this process can have; None where the system does not tell."""
+def available() -> float:
+    """Bytes of memory that this process can have; infinite where the system does not tell."""
+    # Linux gives out more than it has, and ends a process that uses it; others raise MemoryError
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
-        kilobytes = next(line.split()[1] for line in lines if line.startswith("MemAvailable:"))
-        return 1024 * int(kilobytes)
-    except (OSError, StopIteration):
-        pass
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):
-        return None
+    except OSError:
+        return math.inf
+    return next(
+        (1024.0 * int(x.split()[1]) for x in lines if x.startswith("MemAvailable:")), math.inf
+    )

@@ -22,7 +22,6 @@ from beltrepro.simulation.groups import Report, in_groups, integrator_of, observ
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import (
-    EventWatch,
     SampleLog,
     check_memory,
     checked,
@@ -130,7 +129,7 @@ def _follow(
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
     histories = loading.history(members, **lengths)
-    observers = [moments, events, EventWatch(members, events), *histories]
+    observers = [moments, events, *histories]
     if keeps_samples:
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
