@@ -1,7 +1,6 @@
-"""What stops a run that cannot go on: states that are no numbers, events that fill the memory."""
+"""What stops a run that cannot go on: states that are no numbers, events that fill a buffer."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,37 +9,10 @@ from advancing import small_buffers
 from beltrepro import ChainParameters, ChainState
 from beltrepro.base.errors import ModelStateError
 from beltrepro.engine import integrator as engine
-from beltrepro.simulation import sampling
 from beltrepro.simulation.groups import integrator_of
 from beltrepro.simulation.setup import Setup
 
 CHAINS = [ChainParameters(2, 5.0), ChainParameters(2, 9.0), ChainParameters(2, 7.0)]
-
-
-@pytest.mark.parametrize(("free", "stops"), [(0.8, True), (1.2, False), (None, False)])
-def test_events_stop_a_group_before_they_fill_the_memory(monkeypatch, free, stops):
-    log = SimpleNamespace(nbytes=100, counts=np.array([3, 9, 5]))
-    asked = []
-
-    def available():
-        asked.append(log.nbytes)
-        return None if free is None else free * log.nbytes
-
-    monkeypatch.setattr(sampling, "available", available)
-    monkeypatch.setattr(sampling, "_UNWATCHED", 1000)
-    watch = sampling.EventWatch([SimpleNamespace(parameters=chain) for chain in CHAINS], log)
-    watch.observe(SimpleNamespace(end=12.0))
-    for log.nbytes in (1000, 1900, 2000, 3900):
-        if stops:
-            with pytest.raises(ModelStateError, match=r"u=9.*1e-06 GB at t = 12,"):
-                watch.observe(SimpleNamespace(end=12.0))
-            break
-        watch.observe(SimpleNamespace(end=12.0))
-    assert asked == ([1000] if stops else [1000, 2000])  # each time that they have doubled
-
-
-def test_free_memory_is_that_of_the_system():
-    assert 10**7 < sampling.available() < 10**14
 
 
 @pytest.mark.parametrize("method", ["event", "verlet"])

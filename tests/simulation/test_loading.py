@@ -2,12 +2,13 @@
 
 import re
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from beltrepro import ChainParameters, Grid, catalogue, scan, simulate
-from beltrepro.stats.stationarity import beginning
+from beltrepro.simulation.loading import beginning
 
 SLOW = ChainParameters(10, 1.0)
 NO_SAMPLES = {"sample_interval": None}
@@ -62,13 +63,18 @@ def test_hardly_a_run_of_stationary_motion_is_taken_for_loading():
     assert sum(alarms) <= 3  # of 270
 
 
-def bins_of(values: np.ndarray) -> dict[str, np.ndarray]:
-    """Bins of ten samples each of one run."""
+def begun(values: np.ndarray) -> tuple:
+    """The beginning of one run, from bins of ten samples each."""
     parts = values.reshape(-1, 10, 1)
-    ends = {"low": parts.min(axis=1), "high": parts.max(axis=1)}
-    edges, count = np.arange(len(parts) + 1.0), np.full(len(parts), 10)
-    means = {"mean": parts.mean(axis=1), "squares": (parts**2).mean(axis=1)}
-    return {"edges": edges, "count": count} | means | ends
+    history = SimpleNamespace(
+        edges=np.arange(len(parts) + 1.0),
+        count=np.full(len(parts), 10),
+        mean=parts.mean(axis=1),
+        squares=(parts**2).mean(axis=1),
+        low=parts.min(axis=1),
+        high=parts.max(axis=1),
+    )
+    return beginning(history)
 
 
 def test_only_what_does_not_come_back_is_a_beginning():
@@ -83,8 +89,8 @@ def test_only_what_does_not_come_back_is_a_beginning():
         (wave - ramp, 19),
         (wave + time, np.inf),
     ):
-        first = beginning(**bins_of(values))
-        assert first.length == pytest.approx(length, abs=1) and first.matters == (length > 0)
-    first = beginning(**bins_of(wave + ramp))
-    assert first.rest.deviation < 0.8 < 1.5 < first.whole.deviation
-    assert not beginning(**bins_of(np.repeat(wave[::200], 200))).matters  # laminar: one value long
+        found, matters, *_ = begun(values)
+        assert found == pytest.approx(length, abs=1) and matters == (length > 0)
+    _, _, whole, rest = begun(wave + ramp)
+    assert rest.deviation < 0.8 < 1.5 < whole.deviation
+    assert not begun(np.repeat(wave[::200], 200))[1]  # laminar: one value long
