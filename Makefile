@@ -53,7 +53,7 @@ checksums: env  ## write that list anew from the results, after a change of numb
 	$(BIN)/beltrepro verify results/$(RUN) --write
 
 publish: env  ## report, article, figures and claims of a finished run to docs/results, numbers to README; RUN=paper
-	$(BIN)/beltrepro publish results/$(RUN)
+	$(BIN)/python -m beltrepro.replication.report.publishing results/$(RUN)
 	$(BIN)/beltrepro verify results/$(RUN) --write
 
 archive:  ## sources of HEAD and a finished run in one ZIP file for a data repository; RUN=standard
@@ -67,7 +67,7 @@ schema: env  ## the schema of config.yaml for editors, from the code
 	$(BIN)/python -m beltrepro.replication.plan.config > workflow/schemas/config.schema.yaml
 
 cache: env  ## compile the integrators now, not in the first runs
-	$(BIN)/beltrepro cache
+	$(BIN)/python -m beltrepro.extras.cache
 
 bench: env  ## the speed of the integrators beside a plain loop in C: a minute
 	$(BIN)/python benchmarks/bench.py $(ARGS)

@@ -12,8 +12,8 @@ from beltrepro.cli.options import Parser
 
 # modules, in the order of the help
 COMMANDS = (
-    *("simulate", "scan", "plot", "classify", "branch", "watch", "film", "track"),
-    *("analyse", "verify", "claims", "cache", "publish"),
+    *("simulate", "scan", "plot", "classify", "film", "track", "analyse", "watch"),
+    *("verify", "claims"),
 )
 
 

@@ -4,13 +4,13 @@ import argparse
 import inspect
 import json
 import math
+import os
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import MISSING, Field, fields
 from itertools import takewhile
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any, NoReturn
 
 from beltrepro import ChainParameters
@@ -29,14 +29,6 @@ of time is 0.0765 s, of velocity 0.0183 m/s, of force 0.0277 N. A paper-length r
 and transient 1e6."""
 
 
-class _Paragraphs(argparse.HelpFormatter):
-    """Fills paragraphs, and keeps them apart."""
-
-    def _fill_text(self, text: str, width: int, indent: str) -> str:
-        parts = text.split("\n\n")
-        return "\n\n".join(super(_Paragraphs, self)._fill_text(p, width, indent) for p in parts)
-
-
 class Parser(argparse.ArgumentParser):
     """A parser that says in one line what is wrong, and takes no shortened options."""
 
@@ -48,15 +40,13 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
         args = sys.argv[1:] if args is None else list(args)
-        words: Iterable[str] = args
-        if self._subparsers is not None:  # the rest is for the parser of a command
-            words = takewhile(lambda word: word.startswith("-"), args)
+        words = args if self._subparsers is None else args[:1]  # the rest is for a command
         for word in takewhile(lambda word: word != "--", words):
             name = word.partition("=")[0]
             if name.startswith("--") and name not in self._option_string_actions:
                 self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
-        if self._subparsers is not None and args and left(args[0]):
-            self.error(left(args[0]))
+            if self._subparsers is not None and left(name):
+                self.error(left(name))
         options, unknown = super().parse_known_args(args, namespace)
         if unknown:
             self.error(f"{unknown[0]}: not understood, options are given as --NAME VALUE")
@@ -68,19 +58,18 @@ class Parser(argparse.ArgumentParser):
 
 
 def _number(text: str) -> float:
-    many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
-    return _converted(float, text, f"a number is needed{many}")
+    try:
+        return float(text)
+    except ValueError:
+        many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a number is needed{many}") from None
 
 
 def _whole_number(text: str) -> int:
-    return _converted(int, text, "a whole number is needed")
-
-
-def _converted(kind: Any, text: str, needed: str) -> Any:
     try:
-        return kind(text)
+        return int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: {needed}") from None
+        raise argparse.ArgumentTypeError(f"{shown(text)}: a whole number is needed") from None
 
 
 def grid(text: str) -> tuple[float, ...]:
@@ -100,19 +89,15 @@ def _part(text: str, part: str) -> tuple[float, ...]:
     """Numbers between two commas."""
     try:
         numbers = tuple(float(word) for word in part.split(":"))
-    except ValueError:
-        numbers = ()
-    ranged = len(numbers) == 3 and all(map(math.isfinite, numbers))
-    if not (len(numbers) == 1 or ranged):
-        raise argparse.ArgumentTypeError(
-            f"{shown(text)}: a number, a list 1,2,5 or a range START:STOP:STEP is needed"
-        )
-    if len(numbers) == 1:
-        return numbers
-    try:
-        return spaced(part, *numbers)
+        if len(numbers) == 1 or (len(numbers) == 3 and all(map(math.isfinite, numbers))):
+            return numbers if len(numbers) == 1 else spaced(part, *numbers)
     except InputError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+    except ValueError:
+        pass
+    raise argparse.ArgumentTypeError(
+        f"{shown(text)}: a number, a list 1,2,5 or a range START:STOP:STEP is needed"
+    )
 
 
 def command(
@@ -125,7 +110,7 @@ def command(
     """Add the command of the module in which `run` stands, by its name."""
     name = run.__module__.rpartition(".")[2]
     parser: argparse.ArgumentParser = commands.add_parser(
-        name, help=words, description=description, epilog=epilog, formatter_class=_Paragraphs
+        name, help=words, description=description, epilog=epilog
     )
     parser.set_defaults(action=run)
     return parser
@@ -149,11 +134,8 @@ def add_numerics(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("--duration", type=float, required=True, help="time simulated, transient included")
     option("--transient", type=float, default=0.0, help="time left out of what is measured (0)")
-    option(
-        "--method",
-        default="event",
-        help="event (exact) or verlet (the scheme of the paper); default: event",
-    )
+    words = "event (exact) or verlet (the scheme of the paper); default: event"
+    option("--method", default="event", help=words)
     option("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
     words = "error allowed in a step of event (1e-10, larger with noise)"
     option("--tolerance", type=float, help=words)
@@ -249,17 +231,13 @@ def check_output(options: argparse.Namespace, *suffixes: str) -> None:
     if path is None:
         return
     folder = path.absolute().parent
-    if path.is_dir() or not folder.is_dir():
-        problem = "is a folder" if path.is_dir() else "its folder does not exist"
-        raise InputError(f"output = {path}: {problem}")
-    if suffixes and path.suffix.lower() not in suffixes:
-        raise InputError(f"output = {path}: must end in {', '.join(suffixes)}")
-    if path.exists() and not options.force:
-        raise InputError(f"output = {path}: is there already; --force overwrites it")
-    try:
-        if path.exists():
-            path.open("ab").close()
-        else:
-            TemporaryFile(dir=folder).close()
-    except OSError as error:
-        raise InputError(f"output = {path}: cannot be written: {error.strerror}") from None
+    problems = {
+        "is a folder": path.is_dir(),
+        "its folder does not exist": not folder.is_dir(),
+        f"must end in {', '.join(suffixes)}": suffixes and path.suffix.lower() not in suffixes,
+        "is there already; --force overwrites it": path.exists() and not options.force,
+        "cannot be written": not os.access(path if path.exists() else folder, os.W_OK),
+    }
+    for problem, holds in problems.items():
+        if holds:
+            raise InputError(f"output = {path}: {problem}")

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> None:
     drawn = Run.load(options.run)
     with needing("a picture of a run"):
         from beltrepro.simulation import picture
-    if options.output is None and not picture.can_be_shown():
+    if options.output is None and not picture.display():
         options.output = options.run.with_suffix(".png")
         shared.check_output(options)
         print(f"no display: the figure is written to {options.output}")

@@ -2,19 +2,16 @@
 
 import argparse
 import sys
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from beltrepro.base.checks import positive
 from beltrepro.cli import options as shared
-from beltrepro.model import ChainParameters
+from beltrepro.cli.options import CHAIN
 
-_FILE = """
-
-The file of --output holds time (T), positions, velocities and friction (T, N) of the samples, in
-the laboratory frame, and the events; groups initial_state and final_state; and the settings as
-attributes. In Python: beltrepro.Run.load(FILE)."""
+_FILE = """ The file of --output holds time (T), positions, velocities and friction (T, N) of the
+samples, in the laboratory frame, and the events; groups initial_state and final_state; and the
+settings as attributes. In Python: beltrepro.Run.load(FILE)."""
 
 
 def add(commands: Any) -> None:
@@ -35,17 +32,6 @@ def add(commands: Any) -> None:
     shared.add_output(parser, "write the run to this .h5 file, see below")
 
 
-def _tell_differences(path: Path, before: ChainParameters, chain: ChainParameters) -> None:
-    """Say in a line what of the chain is not as in the run that is gone on with."""
-    pairs = {
-        field.name: (getattr(before, field.name), getattr(chain, field.name))
-        for field in fields(chain)
-    }
-    changed = [f"{name} {old} -> {new}" for name, (old, new) in pairs.items() if old != new]
-    if changed:
-        print(f"warning: not the chain of {path}: {', '.join(changed)}", file=sys.stderr)
-
-
 def run(options: argparse.Namespace) -> None:
     """Simulate, print r and write the run."""
     chain = shared.chain_of(options)
@@ -54,8 +40,12 @@ def run(options: argparse.Namespace) -> None:
     from beltrepro.simulation import Run, simulate
 
     before = Run.load(options.from_state) if options.from_state else None
-    if before:
-        _tell_differences(options.from_state, before.parameters, chain)
+    if before and before.parameters != chain:
+        pairs = {name: (getattr(before.parameters, name), getattr(chain, name)) for name in CHAIN}
+        words = [f"{name} {old} -> {new}" for name, (old, new) in pairs.items() if old != new]
+        print(
+            f"warning: not the chain of {options.from_state}: {', '.join(words)}", file=sys.stderr
+        )
     made = simulate(
         chain,
         **shared.settings_of(options),
@@ -65,7 +55,7 @@ def run(options: argparse.Namespace) -> None:
     assert isinstance(made, Run)  # as it was one chain
     if options.output:
         made.save(options.output)
-    names = ("duration", "transient", "method", "time_step", "tolerance", "seed", "replicate")
+    names = (*shared.NUMERICS, "seed", "replicate")
     measured = ("disorder_parameter", "mean_length", "energy_residual", "sum_rule_residual")
     result = shared.of_chain(chain)
     result |= {name: getattr(made, name) for name in (*names, *measured)}

@@ -3,6 +3,7 @@
 import argparse
 from typing import Any
 
+from beltrepro.base.checks import within
 from beltrepro.base.errors import InputError, needing
 from beltrepro.cli import options as shared
 
@@ -33,23 +34,19 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Open the window, or write the film."""
-    chain = shared.chain_of(options)
     with needing("beltrepro watch", "watch"):
         from beltrepro.extras import watch
 
-    clock = watch.Clock(options.speed, options.fps)
-    if options.output is None:
-        if options.duration is not None:
-            raise InputError(
-                f"duration = {options.duration:g}: only a film has one, give --output too"
-            )
-        watch.check_display()
-        watch.open_window(watch.begin(chain, clock, options.transient, options.seed), clock)
-        return
-    duration = 20.0 if options.duration is None else options.duration
-    shared.check_output(options)
-    watch.check_film(options.output, duration, clock)
-    progress = shared.progress_of("film")
-    player = watch.begin(chain, clock, options.transient, options.seed)
-    view = watch.write_film(options.output, player, clock, duration, progress)
-    print(f"{options.output}: {1000 * view.metres_per_pixel:.4g} mm of the belt in a pixel")
+    pace = within("speed", options.speed, ge=0.05, le=50), within("fps", options.fps, ge=1, le=120)
+    shared.check_output(options, ".mp4")
+    chain = watch.begin(shared.chain_of(options), options.transient, options.seed)
+    if options.output:
+        duration = 20.0 if options.duration is None else options.duration
+        progress = shared.progress_of("film")
+        view = watch.write_film(options.output, chain, *pace, duration, progress)
+        print(f"{options.output}: {1000 * view.metres_per_pixel:.4g} mm of the belt in a pixel")
+    elif options.duration is not None:
+        text = f"duration = {options.duration:g}: only a film has one, give --output too"
+        raise InputError(text)
+    else:
+        watch.open_window(chain, *pace)

@@ -43,43 +43,18 @@ def plot(run: Any, path: str | Path | None = None) -> Figure:
 
 def put(draw: Callable[[], Figure], path: str | Path | None, title: str) -> Figure:
     """Write the figure that a function draws to a file, or show it."""
-    if path is None:
-        has_windows = find_display()
-        figure = draw()
-        if has_windows:
-            _open_window(figure)
-        return figure
-    if Path(path).suffix.lower() not in SUFFIXES:
+    if path is not None and Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"path = {path}: must end in {', '.join(SUFFIXES)}")
+    where = display() if path is None else "file"
+    if not where:
+        raise InputError(NO_DISPLAY)
     figure = draw()
-    with matplotlib.style.context(LOOK), replacing(path) as unfinished:
-        figure.savefig(unfinished, metadata={"Title": title})
+    if path is not None:
+        with matplotlib.style.context(LOOK), replacing(path) as unfinished:
+            figure.savefig(unfinished, metadata={"Title": title})
+    elif where == "window":
+        _open_window(figure)
     return figure
-
-
-def can_be_shown() -> bool:
-    """Whether there is a display, or a notebook, to show a figure on."""
-    try:
-        find_display()
-    except InputError:
-        return False
-    return True
-
-
-def find_display(refusal: str = NO_DISPLAY) -> bool:
-    """Whether windows can be opened; False in a notebook, which shows the figure by itself."""
-    interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
-    silent = backend_registry.list_builtin(BackendFilter.NON_INTERACTIVE)
-    import matplotlib.pyplot as plt
-
-    try:
-        plt.switch_backend(matplotlib.get_backend())
-    except ImportError as error:
-        raise InputError(f"{refusal} ({error})") from None
-    backend = matplotlib.get_backend().lower()
-    if backend in silent:
-        raise InputError(refusal)
-    return backend in interactive
 
 
 def _open_window(figure):
@@ -87,6 +62,24 @@ def _open_window(figure):
 
     plt.figure("beltrepro", FigureClass=lambda *_, **__: figure)
     plt.show()
+
+
+def display() -> str:
+    """Where a figure can be shown: "window", "notebook", which shows it by itself, or nowhere."""
+    import matplotlib.pyplot as plt
+
+    try:
+        plt.switch_backend(matplotlib.get_backend())
+    except ImportError:
+        return ""
+    backend = matplotlib.get_backend().lower()
+    if backend in backend_registry.list_builtin(BackendFilter.INTERACTIVE):
+        return "window"
+    return (
+        ""
+        if backend in backend_registry.list_builtin(BackendFilter.NON_INTERACTIVE)
+        else "notebook"
+    )
 
 
 def draw(run: Any) -> Figure:

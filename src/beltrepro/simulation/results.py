@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beltrepro.base import atomic, checks, names, provenance, store
-from beltrepro.base.errors import InputError, needing
+from beltrepro.base.errors import InputError
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.groups import Report, in_groups
 from beltrepro.simulation.setup import Case, Setup, columns
@@ -18,7 +18,6 @@ from beltrepro.simulation.tables import frame, html
 if TYPE_CHECKING:
     import pandas as pd
 
-SUFFIXES = (".csv", ".h5")
 Measure = Callable[[np.ndarray, list[Case], Report], dict[str, np.ndarray]]
 
 
@@ -78,29 +77,6 @@ class Results(dict[str, np.ndarray]):
                 columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
         return frame(columns)
 
-    def to_xarray(self) -> Any:
-        """The table as a grid of xarray, with an axis for each quantity that varies.
-
-        Returns
-        -------
-        xarray.Dataset
-            An array for each column of the table; NaN at points of the grid without a chain.
-
-        Raises
-        ------
-        InputError
-            Two chains stand at one point, they differ in a constant that differs among blocks, or
-            pandas or xarray is not installed.
-        """
-        if by_block := [name for name in self.axes if self[name].ndim > 1]:
-            raise InputError(f"chains: {by_block[0]} differs among the blocks, it is no axis")
-        with needing("a grid of results"):
-            import xarray  # noqa: F401
-        grid = self.table().set_index(self.axes or ["replicate"])
-        if not grid.index.is_unique:
-            raise InputError("chains: some are alike in every quantity, and share a point")
-        return grid.to_xarray()
-
     def _repr_html_(self) -> str:
         return html(self)
 
@@ -119,13 +95,13 @@ class Results(dict[str, np.ndarray]):
             It is no path, or has another ending; or it is .csv and pandas is not installed.
         """
         path = checks.path("path", path)
-        if path.suffix.lower() not in SUFFIXES:
-            raise InputError(f"path = {path}: must end in {', '.join(SUFFIXES)}")
         if path.suffix.lower() == ".csv":
             with atomic.replacing(path) as unfinished:
                 self.table().to_csv(unfinished, index=False)
-            return
-        store.write(path, dict(self), provenance.origin() | self.settings)
+        elif path.suffix.lower() == ".h5":
+            store.write(path, dict(self), provenance.origin() | self.settings)
+        else:
+            raise InputError(f"path = {path}: must end in .csv, .h5")
 
     @classmethod
     @names.checked

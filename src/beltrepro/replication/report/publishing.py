@@ -8,6 +8,7 @@ import base64
 import io
 import json
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -179,3 +180,12 @@ def _list(folder: Path) -> None:
 
 def _files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+if __name__ == "__main__":  # `make publish`
+    try:
+        published = publish(Path(*sys.argv[1:]))
+        write_block(Path("README.md"))
+    except InputError as error:
+        sys.exit(f"error: {error}")
+    print(f"{published}: {size(published) / 1e6:.1f} MB; README.md has its numbers")
