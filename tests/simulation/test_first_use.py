@@ -84,7 +84,7 @@ def test_notebook_has_no_output_and_runs(path, monkeypatch):
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in cells)
     # in a notebook a figure shows itself
-    monkeypatch.setattr("beltrepro.simulation.picture.find_display", lambda: False)
+    monkeypatch.setattr("beltrepro.simulation.picture.display", lambda: "notebook")
     names: dict = {}
     for cell in cells:
         exec(compile(cell.source, path.name, "exec"), names)

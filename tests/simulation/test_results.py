@@ -1,7 +1,6 @@
 """Everything that a public function returns: table, fields by name, a short line, notebooks."""
 
 import dataclasses
-import sys
 
 import numpy as np
 import pytest
@@ -84,26 +83,6 @@ def test_results_by_chain_and_from_a_file(returned, tmp_path):
     returned["Run"].save(tmp_path / "run.h5")
     with pytest.raises(InputError, match="not a file of results"):
         Results.load(tmp_path / "run.h5")
-
-
-def test_a_grid_is_one_of_xarray():
-    pytest.importorskip("xarray")
-    results = scan(Grid([1, 2], [5.0, 10.0]), duration=50)
-    grid = results.to_xarray()
-    assert grid["disorder_parameter"].dims == ("n_blocks", "belt_velocity")
-    assert grid["mean_length"].sel(n_blocks=2, belt_velocity=10.0) == results["mean_length"][3]
-
-
-def test_without_xarray_one_line_says_so(returned, monkeypatch):
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(InputError, match="xarray"):
-        returned["Results"].to_xarray()
-
-
-def test_a_constant_of_each_block_is_no_axis():
-    chains = [ChainParameters(2, 5.0, mass=(1.0, mass)) for mass in (2.0, 1.0, 3.0)]
-    with pytest.raises(InputError, match="mass differs among the blocks"):
-        scan(chains, duration=50).to_xarray()
 
 
 def test_samples_of_a_run_have_a_column_for_each_block(returned):
