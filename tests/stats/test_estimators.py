@@ -330,6 +330,20 @@ def test_states_near_an_earlier_one_are_repeated():
     assert not sections.repeated(apart, near=0.01).any()
 
 
+def test_new_states_are_apart_and_all_others_near_one_of_them():
+    """Also over more states than are compared at once."""
+    states = np.random.default_rng(5).random((2600, 2))
+    again = sections.repeated(states, near=0.05)
+    limit = 0.05 * np.ptp(states, axis=0).max()
+    new = []
+    for index, state in enumerate(states):
+        near = any(np.hypot(*(state - states[other])) <= limit for other in new)
+        assert again[index] == near
+        if not near:
+            new.append(index)
+    assert 50 < len(new) < 500
+
+
 def bounded_power_law(exponent, low, high, size, seed=1):
     """Sample of a density ~ x**exponent between low and high, by inversion."""
     power = 1 + exponent

@@ -158,6 +158,18 @@ def test_strays_beyond_a_sharp_fall_do_not_move_it():
     assert 16.75 < numbers["critical"].value < 17.75 and numbers["r_low"].value == 0.01
 
 
+def test_places_that_go_one_way_together_count_as_one_toss():
+    """Of 3 of 8 runs each and of places that are all high or all low, the second tell less."""
+    share = np.where(FIVE < 15, 1.0, np.where(FIVE > 20, 0.0, 0.5))
+    alone = fall(*by_hand(share))
+    order = np.flatnonzero((FIVE >= 15) & (FIVE <= 20))
+    share[order] = np.resize([1.0, 0.0, 0.0, 1.0], order.size)
+    together = fall(*by_hand(share))
+    spread = [row["critical"].high - row["critical"].low for row in (alone, together)]
+    assert spread[1] > 1.5 * spread[0]
+    assert together["dispersion"].value > 2 * alone["dispersion"].value
+
+
 def test_a_fall_that_the_row_does_not_end_has_no_upper_end():
     grid = np.arange(10.0, 30, 2)
     share = expit((24 - grid) / 5)
@@ -181,17 +193,17 @@ def test_without_a_fall_only_the_plateaus_are_known(monkeypatch):
     assert np.isnan([alike[name].value for name in ("critical", "lower", "width")]).all()
     weak = by_hand((FIVE < 17.2).astype(float))[1] + 0.2  # by a factor of 1.57
     assert fall(u, weak)["critical"].value == pytest.approx(17.25, abs=0.1)
-    monkeypatch.setattr(branches, "MINIMUM_CONTRAST", 1.6)
+    monkeypatch.setattr(transition, "MINIMUM_CONTRAST", 1.6)
     refused = fall(u, weak)
     assert np.isnan(refused["critical"].value) and refused["critical"].runs == 8
     assert refused["contrast"].value == pytest.approx(0.33 / 0.21)
     assert np.isnan(fall(u, u)["contrast"].value)  # r rises
-    for u, message in (
+    for few, message in (
         (u[:56], "7 points along the curve, 8 are"),
         (FIVE, "one run at each point"),
     ):
         with pytest.raises(NotEnoughDataError, match=message):
-            fall(u, u)
+            fall(few, few)
 
 
 @pytest.mark.parametrize("scatter", [0.02, 0.1, 0.3])
