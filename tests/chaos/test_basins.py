@@ -15,7 +15,6 @@ from beltrepro import (
     Grid,
     Setup,
     basins,
-    close_orbit,
     orbit_branch,
     slipping_state,
 )
@@ -24,6 +23,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.chaos import basins_picture
 from beltrepro.chaos.basins import Attractor, Basins
 from beltrepro.chaos.continuation import QUANTITIES
+from beltrepro.chaos.periodic_orbits import close_orbit
 from beltrepro.stats import estimates
 
 attraction = sys.modules[Basins.__module__]  # `basins` is a function, too

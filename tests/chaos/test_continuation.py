@@ -10,13 +10,13 @@ import pytest
 from beltrepro import (
     ChainParameters,
     ChainState,
-    close_orbit,
     orbit_branch,
     periodic_orbit,
     simulate,
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import continuation, words
+from beltrepro.chaos.periodic_orbits import close_orbit
 from beltrepro.chaos.words import Symbol
 from exact_orbits import ExactOrbit
 

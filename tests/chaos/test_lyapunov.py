@@ -267,24 +267,9 @@ def spectrum_of(growth, interval=20.0):
     return LyapunovSpectrum(chain, runs.mean(axis=0), errors, runs, growth, interval, stuck)
 
 
-def test_finite_time_exponents_are_means_over_stretches():
-    growth = np.arange(2 * 7 * 2, dtype=float).reshape(2, 7, 2)
-    growth[:, :, 1] = -np.inf
-    result = spectrum_of(growth, interval=20.0).finite_time(60.0)
-    assert result.shape == (2, 2, 2)
-    assert result[:, :, 0].tolist() == [[2.0, 8.0], [16.0, 22.0]]  # the seventh interval is left
-    assert np.all(result[:, :, 1] == -np.inf)
-
-
 def test_the_trivial_exponent_may_not_be_among_those_asked_for():
     growth = 0.3 + 1e-3 * np.random.default_rng(1).standard_normal((1, 100, 1))
     assert replace(spectrum_of(growth), standard_error=np.array([1e-4])).trivial is None
-
-
-@pytest.mark.parametrize(("length", "shown"), [(9.0, "9"), (2011.0, "2011")])
-def test_a_stretch_fits_into_a_run(length, shown):
-    with pytest.raises(InputError, match=f"length = {shown}: allowed are 20 to 2000"):
-        spectrum_of(np.zeros((1, 100, 1)), interval=20.0).finite_time(length)
 
 
 def test_slopes_are_those_of_least_squares():

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, close_orbit, time_to_orbit
+from beltrepro import ChainParameters, ChainState, time_to_orbit
 from beltrepro.chaos import margin
+from beltrepro.chaos.periodic_orbits import close_orbit
 
 PERIOD = 10.0
 CHAIN = ChainParameters(2, 5.0)

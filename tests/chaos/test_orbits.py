@@ -9,12 +9,12 @@ from beltrepro import (
     ChainParameters,
     ChainState,
     classify,
-    close_orbit,
     lyapunov_spectrum,
     periodic_orbit,
     simulate,
 )
 from beltrepro.base.errors import InputError
+from beltrepro.chaos.periodic_orbits import close_orbit
 from slipping import sliding
 
 ELSEWHERE = {"replicate": 1, "initial_spread": 1.0}
