@@ -16,11 +16,11 @@ from beltrepro import (
     lyapunov_spectrum,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.clocks import LaboratoryIntegrator
 from beltrepro.chaos.lyapunov import _mean_of_runs
 from beltrepro.chaos.vectors import (
     INTERVAL,
     NO_SAMPLES,
+    LaboratoryIntegrator,
     end_errors,
     grow,
     slopes,

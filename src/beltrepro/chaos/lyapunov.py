@@ -11,12 +11,13 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
     NO_SAMPLES,
+    REST,
     check_method,
     end_errors,
     grow,
+    integrator_by,
     slopes,
     standard_errors,
     with_vectors,
