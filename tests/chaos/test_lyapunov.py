@@ -2,7 +2,6 @@
 
 import dataclasses
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,14 +20,12 @@ from beltrepro.chaos.vectors import (
     INTERVAL,
     NO_SAMPLES,
     LaboratoryIntegrator,
-    end_errors,
     grow,
     slopes,
     standard_errors,
     with_vectors,
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
-from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import integrator_of
 from slipping import sliding
 
@@ -139,17 +136,6 @@ def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     assert np.abs(spectrum["exponents"]).max() < 5e-3
 
 
-def test_blocks_that_reverse_are_not_stuck():
-    # time, block, slip: block 0 reverses at 1.0, blocks 0 and 1 stick at 2.0 and 2.5, 1 slips
-    rows = [(1.0, 0, 0), (1.0, 0, 1), (2.0, 0, 0), (2.5, 1, 0), (3.0, 1, 1)]
-    events = np.zeros((1, 8, 6))
-    events[0, :5, :3] = rows
-    for count, most in ((2, 0), (3, 1), (4, 2), (5, 2)):
-        followed = MostStuck(np.array([0]))
-        followed.observe(SimpleNamespace(events=events, event_count=np.array([count])))
-        assert followed.most == [most]
-
-
 def test_one_run_without_transient():
     chain, settings = ChainParameters(3, 10.0), {"duration": 3000, "n_exponents": 2, **ELSEWHERE}
     spectrum = lyapunov_spectrum(chain, **settings)
@@ -160,24 +146,6 @@ def test_one_run_without_transient():
     row = lyapunov_spectrum([chain], **settings)
     for name in ("exponents", "standard_error"):
         np.testing.assert_array_equal(row[name][0], getattr(spectrum, name))
-
-
-def test_more_runs_than_a_group_holds():
-    settings = {"duration": 400, "transient": 100, "n_exponents": 2, "initial_spread": 1.0}
-    many = lyapunov_spectrum(ChainParameters(2, 8.0), replicate=range(33), **settings)
-    for replicate in (3, 32):
-        alone = lyapunov_spectrum(ChainParameters(2, 8.0), replicate=[replicate], **settings)
-        np.testing.assert_array_equal(alone.runs[0], many.runs[replicate])
-
-
-@pytest.mark.thorough
-def test_what_the_transient_erases_does_not_count():
-    """At the start all blocks are stuck; ten blocks at u = 60 are not again for a long time."""
-    whole, later = (
-        lyapunov_spectrum(ChainParameters(10, 60.0), duration=2000.0, transient=transient)
-        for transient in (0.0, 500.0)
-    )
-    assert whole.most_stuck == [10] and 0 < later.most_stuck[0] < 10
 
 
 def test_noise_shifts_with_the_chain_only_through_a_rest():
@@ -248,16 +216,6 @@ def test_the_error_of_a_mean_of_few_runs_covers_its_scatter(runs):
     mean, error = _mean_of_runs(growth, np.ones((3, 2)))
     assert mean[1] == -np.inf and error[1] == 0.0 and mean[0] == pytest.approx(0.2)
     assert _mean_of_runs(growth[1:2], np.ones((1, 2)))[1].tolist() == [1.0, 1.0]
-
-
-def test_growth_in_turns_has_an_error_that_covers_where_it_ends():
-    """A vector that grows and shrinks in turn: exponent 0, whatever the phase at both ends."""
-    phases = np.linspace(0, 2 * np.pi, 50, endpoint=False)
-    instants = np.arange(201)
-    lengths = 2.0 * np.sin(0.7 * instants + phases[:, None])
-    growth = np.diff(lengths, axis=1)[:, :, None]
-    assert np.abs(slopes(growth)).max() < 3 * end_errors(growth).min()
-    assert np.abs(slopes(growth)).max() < 0.2 * np.abs(growth.mean(axis=1)).max()
 
 
 def spectrum_of(growth, interval=20.0):
