@@ -25,7 +25,6 @@ _HOMES = {
     "basins": "chaos.basins",
     "catalogue": "simulation.catalogues",
     "classify": "chaos.naming",
-    "close_orbit": "chaos.periodic_orbits",
     "lyapunov_spectrum": "chaos.lyapunov",
     "mode_energies": "model.energy",
     "orbit_branch": "chaos.continuation",

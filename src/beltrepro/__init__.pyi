@@ -11,7 +11,6 @@ from beltrepro.chaos.lyapunov import lyapunov_spectrum as lyapunov_spectrum
 from beltrepro.chaos.naming import Motion as Motion
 from beltrepro.chaos.naming import classify as classify
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit as PeriodicOrbit
-from beltrepro.chaos.periodic_orbits import close_orbit as close_orbit
 from beltrepro.chaos.periodic_orbits import periodic_orbit as periodic_orbit
 from beltrepro.engine.state import ChainState as ChainState
 from beltrepro.model.energy import mode_energies as mode_energies

@@ -1,13 +1,11 @@
 """Basins: closed answers, the two motions at u = 15, labels along the belt velocity."""
 
 import sys
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
-from matplotlib.mathtext import MathTextParser
 
 from beltrepro import (
     ChainParameters,
@@ -15,15 +13,13 @@ from beltrepro import (
     Grid,
     Setup,
     basins,
-    close_orbit,
     orbit_branch,
     slipping_state,
 )
-from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import basins_picture
 from beltrepro.chaos.basins import Attractor, Basins
-from beltrepro.chaos.continuation import QUANTITIES
+from beltrepro.chaos.periodic_orbits import close_orbit
 from beltrepro.stats import estimates
 
 attraction = sys.modules[Basins.__module__]  # `basins` is a function, too
@@ -155,19 +151,6 @@ def made_up(shares):
     return Basins("belt_velocity", tuple(attractors), branches, runs)
 
 
-def test_the_table_has_every_number_of_each_attractor():
-    basins = made_up(SEVEN)
-    table = basins.table()
-    assert len(table) == 7
-    for attractor, (_, row) in zip(basins.attractors, table.iterrows(), strict=True):
-        assert row["belt_velocity"] == attractor.value
-        assert all(row[name] == getattr(attractor, name) for name in Attractor._fields[1:-1])
-        share = estimates.share(attractor.reached_by, 7)
-        assert tuple(row[["share", "share_low", "share_high"]]) == tuple(share.numbers)
-        size = attractor.label / 9 if attractor.orbit else np.nan
-        assert row["largest_multiplier"] == pytest.approx(size, nan_ok=True)
-
-
 def test_the_picture_draws_the_numbers_of_the_attractors():
     basins = made_up(SEVEN)
     disorder, shares = basins_picture.draw(basins).axes
@@ -198,25 +181,6 @@ def test_the_picture_draws_the_numbers_of_the_attractors():
             assert bar.get_facecolor() == colours[label]
             below += reached / 7
     assert shares.get_ylim() == (0, 1)
-
-
-@pytest.mark.parametrize("quantity", QUANTITIES)
-def test_the_picture_can_be_drawn_along_every_constant(quantity):
-    one = made_up(SEVEN)
-    figure = basins_picture.draw(replace(one, quantity=quantity, runs={quantity: [*SEVEN]}))
-    label = figure.axes[0].get_xlabel()
-    assert names.SYMBOLS[label.strip("$")] == quantity
-    MathTextParser("path").parse(label)
-
-
-def test_bars_of_one_value_have_the_intervals_of_their_shares():
-    _, shares = basins_picture.draw(made_up({18.0: {1: 4, 2: 2, 8: 1}})).axes
-    ends = [bar.lines[2][0].get_segments()[0][:, 1].tolist() for bar in shares.containers[::2]]
-    heights = [bar.get_height() for bar in shares.patches]
-    expected = [estimates.share(count, 7) for count in (4, 2, 1)]
-    assert heights == pytest.approx([share.value for share in expected])
-    assert np.array(ends) == pytest.approx(np.array([share.numbers[1:] for share in expected]))
-    assert shares.get_xticks().tolist() == [1, 2, 8] and shares.get_xlabel() == "attractor"
 
 
 @pytest.mark.parametrize(("gap", "groups"), [(0.8, [[1, 2, 4, 6]]), (1.2, [[4], [1, 6], [2]])])
@@ -255,35 +219,3 @@ def test_motions_without_orbit_go_on_at_the_next_value_where_alike(share, same):
     assert labels([motion()], [], [near, nearer]) == [[7], [], [0, 7]]
     assert labels([motion("equilibrium slip", r=0.01)], [motion("equilibrium slip", r=0.4)]) == [
         [7], [7]]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("share", "same"), [(0.8, True), (-0.8, True), (1.2, False), (-1.2, False)]
-)
-def test_two_runs_reach_one_orbit_by_its_period_and_its_states(monkeypatch, share, same):
-    chain, crossing = ChainParameters(2, 5.0), np.array([3.0, -40.0, 5.0, 10.0])
-    orbit = SimpleNamespace(state=SimpleNamespace(parameters=chain))
-    one = attraction._Motion("periodic", 20.0, 5, 0.1, 60.0, orbit)
-    place = crossing.copy()
-
-    def states(state, period, length):
-        assert (period, length) == (20.0, chain.rest_positions[-1] - 40.0)
-        return np.array([crossing + 1.0, place, crossing - 2.0])
-
-    monkeypatch.setattr(attraction, "states_at", states)
-    assert one.is_of(20.0 * (1 + share * 1e-5), 5, crossing) is same
-    assert not one.is_of(20.0, 6, crossing)
-    place[2] += share * 1e-5 * 40.0
-    assert one.is_of(20.0, 5, crossing) is same
-    one.orbit = None
-    assert one.is_of(20.0, 5, crossing + 9.0)
-
-
-@pytest.mark.parametrize(("slips", "followed"), [(160, True), (200, True), (240, False)])
-def test_long_orbits_are_not_followed(monkeypatch, slips, followed):
-    made = SimpleNamespace(disorder_parameter=0.3, mean_length=61.0, period_time=9.5)
-    monkeypatch.setattr(attraction, "close_orbit", lambda state, period: made)
-    one = attraction._Motion("periodic", 9.0, slips, 0.1, 60.0)
-    one.close(None)
-    numbers = one.orbit, one.disorder_parameter, one.mean_length, one.period_time
-    assert numbers == ((made, 0.3, 61.0, 9.5) if followed else (None, 0.1, 60.0, 9.0))

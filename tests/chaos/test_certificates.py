@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from beltrepro import ChainParameters, ChainState, close_orbit, simulate
+from beltrepro import ChainParameters, ChainState, simulate
+from beltrepro.chaos.periodic_orbits import close_orbit
 from exact import ONE, Deviations, ExactChain, fixed, real
 
 TESTS = Path(__file__).parents[1]

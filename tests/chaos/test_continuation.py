@@ -10,13 +10,13 @@ import pytest
 from beltrepro import (
     ChainParameters,
     ChainState,
-    close_orbit,
     orbit_branch,
     periodic_orbit,
     simulate,
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import continuation, words
+from beltrepro.chaos.periodic_orbits import close_orbit
 from beltrepro.chaos.words import Symbol
 from exact_orbits import ExactOrbit
 
@@ -81,13 +81,6 @@ def test_one_block_on_a_linear_spring_has_no_end(quantity, lower, upper):
     assert one.word == "1- 1|" and one.passed == ()
 
 
-def test_a_branch_begins_at_the_limit_of_a_quantity(two):
-    """Viscosity is never negative, so nothing can be tried behind its limit."""
-    one = orbit_branch(two, "viscosity", lower=0.0, upper=1e-3, step=5e-4)
-    assert (one.lower, one.upper) == (0.0, 1e-3)
-    assert np.all(np.diff(one.period_time) != 0)
-
-
 def test_one_block_ends_where_it_meets_the_wall():
     """It swings about k, by the reach of its force and the velocity of the belt together."""
     chain = ChainParameters(1, 3.0, linear_limit=1000.0)
@@ -150,15 +143,6 @@ def test_a_multiplier_becomes_1_as_a_square_root_at_a_fold(branch):
     slope, offset = np.polyfit(branch.parameter[nearby] - branch.upper, square, 1)
     assert nearby.sum() >= 4
     assert offset / -slope == pytest.approx(0, abs=1e-5)
-
-
-def test_no_orbit_is_left_beyond_a_fold(branch):
-    inside, outside = (
-        np.abs(np.diff(periods_after(branch.orbits[-1], branch.upper + offset, 60), axis=0)).max(1)
-        for offset in (0.0, 0.02)
-    )
-    assert inside[-1] < 1e-5  # it comes back
-    assert outside.max() > 1  # it passes the place of the fold and leaves
 
 
 @pytest.mark.parametrize("end", ["lower", "upper"])
@@ -318,29 +302,7 @@ def test_several_periods_are_refused(two):
         orbit_branch(close_orbit(two.state, 2 * two.period_time), lower=4.0, upper=7.0)
 
 
-def test_a_run_without_events_has_no_word(two):
-    events = two.run().events
-    assert words.symbols(events[:0]) == [] and len(words.symbols(events)) > 3
-
-
 # --- what is said of an end -----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("kind", "appears", "at_once", "says"),
-    [
-        ("|", True, False, "block 2, which slips, touches the velocity of the belt"),
-        ("|", False, False, "block 2 no longer reaches the velocity of the belt"),
-        ("-", True, False, "block 2, which is stuck, touches the static friction"),
-        ("+", False, False, "block 2 no longer reaches the static friction"),
-        ("-", True, True, "a stick of block 2 between two slips has no length"),
-        ("|", False, True, "a stick of block 2 between two slips has no length"),
-    ],
-)
-def test_an_end_where_an_event_comes_or_goes(kind, appears, at_once, says):
-    end = continuation._grazing(7.5, words.Difference(Symbol(1.0, 2, kind), appears, at_once))
-    name = "stick of no length" if at_once else "grazing"
-    assert (end.parameter, end.kind, end.block) == (7.5, name, 2) and says in end.text
 
 
 @pytest.mark.parametrize(
@@ -362,17 +324,3 @@ def test_what_happens_where_a_multiplier_leaves_the_circle(multipliers, kind, sa
     special = continuation._happens(before, after, course)
     assert (special.parameter, special.kind, special.block) == (6.0, kind, 0)
     assert says in special.text
-
-
-@pytest.mark.parametrize(("more", "goes"), [(False, "shrinks to nothing"), (True, "appears")])
-def test_what_happens_where_a_stick_comes_or_goes(more, goes):
-    slips = [Symbol(0.0, 3, "-"), Symbol(1.0, 3, "|"), Symbol(2.0, 3, "-"), Symbol(3.0, 3, "|")]
-    points = [
-        SimpleNamespace(orbit=SimpleNamespace(largest_multiplier=size), word=word)
-        for size, word in ((0.5, slips), (-40.0, [slips[0], *slips[2:]]))
-    ]
-    course = SimpleNamespace(value=lambda point: 6.0)
-    special = continuation._happens(*(points[::-1] if more else points), course)
-    assert (special.kind, special.block) == ("stick of no length", 3)
-    sizes = "40 to 0.5" if more else "0.5 to 40"
-    assert f"stick of block 3 between two slips {goes}" in special.text and sizes in special.text

@@ -2,7 +2,6 @@
 
 import dataclasses
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,19 +15,17 @@ from beltrepro import (
     lyapunov_spectrum,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.clocks import LaboratoryIntegrator
 from beltrepro.chaos.lyapunov import _mean_of_runs
 from beltrepro.chaos.vectors import (
     INTERVAL,
     NO_SAMPLES,
-    end_errors,
+    LaboratoryIntegrator,
     grow,
     slopes,
     standard_errors,
     with_vectors,
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
-from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import integrator_of
 from slipping import sliding
 
@@ -139,17 +136,6 @@ def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     assert np.abs(spectrum["exponents"]).max() < 5e-3
 
 
-def test_blocks_that_reverse_are_not_stuck():
-    # time, block, slip: block 0 reverses at 1.0, blocks 0 and 1 stick at 2.0 and 2.5, 1 slips
-    rows = [(1.0, 0, 0), (1.0, 0, 1), (2.0, 0, 0), (2.5, 1, 0), (3.0, 1, 1)]
-    events = np.zeros((1, 8, 6))
-    events[0, :5, :3] = rows
-    for count, most in ((2, 0), (3, 1), (4, 2), (5, 2)):
-        followed = MostStuck(np.array([0]))
-        followed.observe(SimpleNamespace(events=events, event_count=np.array([count])))
-        assert followed.most == [most]
-
-
 def test_one_run_without_transient():
     chain, settings = ChainParameters(3, 10.0), {"duration": 3000, "n_exponents": 2, **ELSEWHERE}
     spectrum = lyapunov_spectrum(chain, **settings)
@@ -160,24 +146,6 @@ def test_one_run_without_transient():
     row = lyapunov_spectrum([chain], **settings)
     for name in ("exponents", "standard_error"):
         np.testing.assert_array_equal(row[name][0], getattr(spectrum, name))
-
-
-def test_more_runs_than_a_group_holds():
-    settings = {"duration": 400, "transient": 100, "n_exponents": 2, "initial_spread": 1.0}
-    many = lyapunov_spectrum(ChainParameters(2, 8.0), replicate=range(33), **settings)
-    for replicate in (3, 32):
-        alone = lyapunov_spectrum(ChainParameters(2, 8.0), replicate=[replicate], **settings)
-        np.testing.assert_array_equal(alone.runs[0], many.runs[replicate])
-
-
-@pytest.mark.thorough
-def test_what_the_transient_erases_does_not_count():
-    """At the start all blocks are stuck; ten blocks at u = 60 are not again for a long time."""
-    whole, later = (
-        lyapunov_spectrum(ChainParameters(10, 60.0), duration=2000.0, transient=transient)
-        for transient in (0.0, 500.0)
-    )
-    assert whole.most_stuck == [10] and 0 < later.most_stuck[0] < 10
 
 
 def test_noise_shifts_with_the_chain_only_through_a_rest():
@@ -250,16 +218,6 @@ def test_the_error_of_a_mean_of_few_runs_covers_its_scatter(runs):
     assert _mean_of_runs(growth[1:2], np.ones((1, 2)))[1].tolist() == [1.0, 1.0]
 
 
-def test_growth_in_turns_has_an_error_that_covers_where_it_ends():
-    """A vector that grows and shrinks in turn: exponent 0, whatever the phase at both ends."""
-    phases = np.linspace(0, 2 * np.pi, 50, endpoint=False)
-    instants = np.arange(201)
-    lengths = 2.0 * np.sin(0.7 * instants + phases[:, None])
-    growth = np.diff(lengths, axis=1)[:, :, None]
-    assert np.abs(slopes(growth)).max() < 3 * end_errors(growth).min()
-    assert np.abs(slopes(growth)).max() < 0.2 * np.abs(growth.mean(axis=1)).max()
-
-
 def spectrum_of(growth, interval=20.0):
     """A spectrum with made-up growth (R, T, K)."""
     runs, errors, stuck = slopes(growth), np.zeros(growth.shape[2]), np.full(len(growth), 7)
@@ -267,24 +225,9 @@ def spectrum_of(growth, interval=20.0):
     return LyapunovSpectrum(chain, runs.mean(axis=0), errors, runs, growth, interval, stuck)
 
 
-def test_finite_time_exponents_are_means_over_stretches():
-    growth = np.arange(2 * 7 * 2, dtype=float).reshape(2, 7, 2)
-    growth[:, :, 1] = -np.inf
-    result = spectrum_of(growth, interval=20.0).finite_time(60.0)
-    assert result.shape == (2, 2, 2)
-    assert result[:, :, 0].tolist() == [[2.0, 8.0], [16.0, 22.0]]  # the seventh interval is left
-    assert np.all(result[:, :, 1] == -np.inf)
-
-
 def test_the_trivial_exponent_may_not_be_among_those_asked_for():
     growth = 0.3 + 1e-3 * np.random.default_rng(1).standard_normal((1, 100, 1))
     assert replace(spectrum_of(growth), standard_error=np.array([1e-4])).trivial is None
-
-
-@pytest.mark.parametrize(("length", "shown"), [(9.0, "9"), (2011.0, "2011")])
-def test_a_stretch_fits_into_a_run(length, shown):
-    with pytest.raises(InputError, match=f"length = {shown}: allowed are 20 to 2000"):
-        spectrum_of(np.zeros((1, 100, 1)), interval=20.0).finite_time(length)
 
 
 def test_slopes_are_those_of_least_squares():

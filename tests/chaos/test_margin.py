@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, close_orbit, time_to_orbit
+from beltrepro import ChainParameters, ChainState, time_to_orbit
 from beltrepro.chaos import margin
+from beltrepro.chaos.periodic_orbits import close_orbit
 
 PERIOD = 10.0
 CHAIN = ChainParameters(2, 5.0)
@@ -44,13 +45,6 @@ def test_a_run_has_left_at_the_last_return_before_three_periods_without(
 ):
     states = STATES[np.arange(len(times)) % 3]
     assert track._first_away((np.array(times), states, None), 0.0, duration) == leaves
-
-
-def test_the_section_is_where_the_slowest_crossing_is_fastest():
-    # down from 10 to 0 with a step of 0.5 above 6 and of 2 below, up by 1: two ways through 6
-    lengths = np.concatenate([np.arange(0, 10.0), np.arange(10, 6, -0.5), np.arange(6, 0, -2.0)])
-    length = margin._fastest_crossed(lengths)
-    assert length < 6 and margin._fastest_crossed(lengths + 3.0) == pytest.approx(length + 3)
 
 
 @pytest.mark.parametrize(("least", "expected"), [(0.055, 0.064), (1.9, np.inf), (0.001, 0.016)])

@@ -1,17 +1,11 @@
 """Names of motions: maps and flows whose motion is known, and chains followed by `simulate`."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from beltrepro import ChainParameters, classify, periodic_orbit, simulate
 from beltrepro.base.errors import InputError
-from beltrepro.chaos import naming
 from beltrepro.chaos.vectors import slopes, standard_errors
-from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
-from beltrepro.observe.crossings import ReturnLog
-from beltrepro.observe.length import LengthMoments
 from beltrepro.stats.motion import (
     CHAOTIC,
     EQUILIBRIUM,
@@ -55,20 +49,6 @@ def logistic(rate, noise=None, skip=1000, **settings):
 
 
 @pytest.mark.parametrize(
-    "rate",
-    [
-        *(pytest.param(rate, marks=pytest.mark.thorough) for rate in (2.9, 3.2, 3.55, 3.83)),
-        3.5,
-        3.739,
-    ],
-)
-def test_logistic_map_in_its_windows_is_periodic(rate):
-    name, exponents, errors = logistic(rate, skip=20000)
-    assert name == PERIODIC
-    assert exponents[0] < -3 * errors[0]
-
-
-@pytest.mark.parametrize(
     ("rate", "exponent"), [(4.0 - 1e-12, np.log(2)), (3.7, 0.3552), (3.9, 0.4945)]
 )
 def test_logistic_map_is_chaotic(rate, exponent):
@@ -100,14 +80,6 @@ def test_circle_map(rotation, expected):
         states.append([np.cos(turn * phase), np.sin(turn * phase)])
     name, _, _ = named(np.array(states), np.array(growth), time=20000, n_trivial=0)
     assert name == expected
-
-
-def test_a_period_of_700_is_periodic_though_it_looks_irregular():
-    once = np.random.default_rng(3).normal(size=(700, 3))
-    states = np.concatenate([once, once, once[:50]])
-    growth = np.tile([0.0, -0.01], (1450, 1))
-    assert named(states, growth, time=1450)[0] == PERIODIC
-    assert named(states[:1300], growth[:1300], time=1300)[0] == TRANSIENT
 
 
 COMMON = {"turns": True, "closed": False, "standard_error": [1e-5, 1e-5], "time": 1e6}
@@ -167,18 +139,6 @@ def test_five_blocks_end_on_one_of_two_periods():
         assert np.abs(half.final_state.positions - run.final_state.positions).max() > 1.0
 
 
-@pytest.mark.parametrize(("last", "slips"), [(260.0, True), (340.0, False)])
-def test_without_an_event_in_the_second_half_it_is_equilibrium_slip(monkeypatch, last, slips):
-    class Quiet(ReturnLog):
-        def observe(self, chunk):
-            super().observe(chunk)
-            self.last_event[:] = last
-
-    monkeypatch.setattr(naming, "ReturnLog", Quiet)
-    motions = classify(ChainParameters(1, 3.0), duration=500.0, transient=100.0)
-    assert (motions.state == EQUILIBRIUM) == slips
-
-
 @pytest.mark.parametrize("chain", [ChainParameters(4, 12.0), ChainParameters(7, 10.0)])
 def test_what_is_measured_beside_is_what_simulate_measures(chain):
     start = {"duration": 3000.0, "transient": 1000.0, "replicate": 1, "initial_spread": 1.0}
@@ -202,13 +162,6 @@ def test_r_of_periodic_motion_is_that_of_its_orbit():
     assert both.disorder_parameter > 2 * orbit.disorder_parameter
 
 
-def test_whether_there_is_noise_is_told_to_the_name(monkeypatch):
-    monkeypatch.setattr(naming, "name_motion", lambda noisy, **settings: f"noise: {noisy}")
-    chains = [ChainParameters(2, 5.0), ChainParameters(2, 5.0, 1.0)]
-    states = classify(chains, duration=40.0, transient=10.0)["state"]
-    assert states.tolist() == ["noise: False", "noise: True"]
-
-
 @pytest.mark.parametrize("transient", [0.0, 0.05, 100.0])
 def test_returns_are_noted_without_a_mean_length_too(transient):
     """In a transient shorter than the time between two samples no length is measured."""
@@ -216,38 +169,6 @@ def test_returns_are_noted_without_a_mean_length_too(transient):
     assert motions["state"].tolist() == [PERIODIC]
     assert motions["period_returns"].tolist() == [1]
     assert motions["period_events"].tolist() == [1]
-
-
-def test_the_mean_length_is_that_of_the_transient_of_this_run(monkeypatch):
-    """A run that goes on from a state does not count from time 0."""
-    begun = []
-
-    class Noted(LengthMoments):
-        def __init__(self, width, start):
-            begun.append(start)
-            super().__init__(width, start)
-
-    monkeypatch.setattr(naming, "LengthMoments", Noted)
-    chain = ChainParameters(2, 5.0)
-    state = simulate(chain, duration=250.0, method="event").final_state
-    classify(chain, duration=100.0, transient=40.0, initial_state=state)
-    assert begun == [270.0, 290.0]  # half of the transient, and all after it
-
-
-def test_returns_keep_states_slips_and_the_last_event():
-    log = ReturnLog(1)
-    rows = np.zeros((1, 4, 6))
-    rows[0, :, EVENT_TIME] = [1.0, 2.0, 3.0, 4.0]
-    rows[0, :, EVENT_SLIP] = [1, 0, 1, 0]
-    states = np.array([[[0.5, 1.0, 2.0], [3.5, 3.0, 4.0]]])
-    chunk = {"events": rows, "event_count": [4], "crossings": states, "crossing_count": [2]}
-    log.observe(SimpleNamespace(**chunk))
-    log.observe(SimpleNamespace(**chunk | {"event_count": [0], "crossing_count": [1]}))
-    assert log.last_event == [4.0]
-    times, result, slips = log.returns(0)
-    assert times.tolist() == [0.5, 3.5, 0.5]
-    assert result.tolist() == [[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]
-    assert slips.tolist() == [0, 2, 2]
 
 
 def test_the_clock_of_the_noise_is_told_to_the_vectors():

@@ -9,12 +9,11 @@ from beltrepro import (
     ChainParameters,
     ChainState,
     classify,
-    close_orbit,
-    lyapunov_spectrum,
     periodic_orbit,
     simulate,
 )
 from beltrepro.base.errors import InputError
+from beltrepro.chaos.periodic_orbits import close_orbit
 from slipping import sliding
 
 ELSEWHERE = {"replicate": 1, "initial_spread": 1.0}
@@ -91,14 +90,6 @@ def test_the_monodromy_is_that_of_central_differences(five):
         )
         column = (ahead.displacements - behind.displacements) / (2 * apart)
         assert np.abs(column - five.monodromy[:, block]).max() < 1e-6
-
-
-def test_the_exponent_is_the_second_of_the_spectrum(two):
-    """That of many periods; the part of a period at the ends is a hundredth of it."""
-    spectrum = lyapunov_spectrum(
-        two.parameters, duration=200 * two.period_time, n_exponents=2, initial_state=two.state
-    )
-    assert spectrum.exponents[1] == pytest.approx(two.exponent, rel=0.02)
 
 
 def test_any_instant_of_the_orbit_will_do(five):

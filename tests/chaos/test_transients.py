@@ -1,7 +1,6 @@
 """How long irregular motion lasts: against runs of `simulate` that are judged after the fact."""
 
 import dataclasses
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,13 +9,11 @@ from scipy import stats
 from beltrepro import (
     ChainParameters,
     ChainState,
-    classify,
-    lyapunov_spectrum,
     simulate,
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.irregular import SCATTERS, WIDEST, _windows, disturbance, scatters
+from beltrepro.chaos.irregular import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL
 from beltrepro.simulation.setup import Case
 from slipping import sliding
@@ -33,18 +30,6 @@ def several(chain, count, **settings):
 @pytest.fixture(scope="module")
 def five():
     return several(FIVE, 4, duration=60_000)
-
-
-@pytest.mark.thorough
-def test_five_blocks_settle_on_the_orbit_that_a_late_look_finds(five):
-    late = classify(
-        [FIVE] * 4, duration=50_000, transient=45_000, replicate=range(1, 5), initial_spread=10.0
-    )
-    assert five["settled"].all()
-    assert (five["state"] == "periodic").all()
-    assert np.array_equal(five["period_events"], late["period_events"])
-    assert np.allclose(five["period_time"], late["period_time"], rtol=1e-9)
-    assert np.allclose(five["disorder_parameter"], late["disorder_parameter"], rtol=0.01)
 
 
 def test_lifetime_is_that_of_the_order_of_slips(five):
@@ -97,20 +82,6 @@ def test_one_block_and_continuous_slip_are_settled_from_their_start():
     assert np.isnan(one["irregular_exponent"][0])
 
 
-@pytest.mark.thorough
-def test_irregular_motion_of_ten_blocks_has_the_exponent_of_a_run():
-    chain = ChainParameters(10, 10.0)
-    orbits = several(chain, 4, duration=20_000)
-    starts = {"replicate": range(1, 5), "initial_spread": 10.0}
-    lengths = {"duration": 20_000, "transient": 500}
-    expected = lyapunov_spectrum([chain] * 4, n_exponents=1, **lengths, **starts)
-    assert not orbits["settled"].any()
-    error = np.hypot(orbits["irregular_error"], expected["standard_error"][:, 0])
-    apart = (orbits["irregular_exponent"] - expected["exponents"][:, 0]) / error
-    assert np.abs(apart).max() < 3
-    assert np.all(orbits["irregular_exponent"] > 5 * orbits["irregular_error"])
-
-
 DISTURBED = [{"method": "verlet", "time_step": step} for step in (1e-3, 4e-3)]
 
 
@@ -141,15 +112,6 @@ def test_irregular_motion_is_not_taken_for_a_disturbed_orbit(n_blocks, how):
     """None of 16 runs with 8 looks each: fewer than one of 42 looks errs (95 %)."""
     orbits = several(ChainParameters(n_blocks, 10.0), 16, duration=15_000, **how)
     assert (orbits["state"] == "irregular").all()
-
-
-@pytest.mark.parametrize("duration", [10.0, 1000.0, 2500.0, 1e6, 1e7])
-def test_windows_follow_each_other_to_the_end(duration):
-    windows = list(_windows(duration))
-    assert windows[0][0] == 0
-    assert windows[-1][1] == duration
-    assert all(before[1] == after[0] for before, after in pairwise(windows))
-    assert all(begin % 250 == 0 for begin, _ in windows)  # where runs can be cut without a trace
 
 
 @pytest.mark.parametrize("closed", [0.0, 1.0])

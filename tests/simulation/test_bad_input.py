@@ -18,7 +18,6 @@ from beltrepro import (
     ChainParameters,
     ChainState,
     Grid,
-    LyapunovSpectrum,
     PeriodicOrbit,
     Results,
     Run,
@@ -134,8 +133,6 @@ def wrong_values(parameter):
 
 CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
-GROWTH = np.zeros((2, 3, 4))
-SPECTRUM = LyapunovSpectrum(CHAIN, *[np.zeros(4)] * 2, GROWTH[:, 0], GROWTH, 20.0, np.zeros(2))
 RESULTS = Results({}, {})
 ORBIT = PeriodicOrbit(CHAIN, STATE, 20.0, *[None] * 7)
 REACHED = Results({"belt_velocity": np.array([5.0]), "attractor": np.array([1])}, {})
@@ -160,7 +157,6 @@ CALLS = {
     "ChainState.under": (STATE.under, {"parameters": CHAIN}),
     "Grid": (Grid, {"n_blocks": 2, "belt_velocity": 5.0}),
     "Results.save": (RESULTS.save, {"path": "scan.csv"}),
-    "LyapunovSpectrum.finite_time": (SPECTRUM.finite_time, {"length": 20.0}),
     "PeriodicOrbit.run": (ORBIT.run, {}),
     "Run.plot": (RUN.plot, {"path": "run.png"}),
     "Run.load": (Run.load, {"path": "run.h5"}),
@@ -171,7 +167,6 @@ CALLS = {
     "basins": (beltrepro.basins, SHORT),
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),
-    "close_orbit": (beltrepro.close_orbit, {"state": STATE, "period_time": 20.0}),
     "orbit_branch": (beltrepro.orbit_branch, {"orbit": ORBIT, "lower": 4.0, "upper": 6.0}),
     "lyapunov_spectrum": (beltrepro.lyapunov_spectrum, LONG),
     "mode_energies": (beltrepro.mode_energies, MOVING),

@@ -133,23 +133,6 @@ def test_a_trend_is_the_slope_of_least_squares_with_the_errors_of_its_points():
         estimates.trend([1, 2], points[:2])
 
 
-def test_a_trend_covers():
-    rng = np.random.default_rng(5)
-    places = np.array([5, 6, 7, 10])
-    truth = np.array([0.0, 3.0, 1.0, 2.0])  # on no line
-    errors = np.array([0.1, 0.5, 0.2, 0.3])
-
-    def drawn():
-        values = truth + errors * rng.standard_normal(4)
-        points = [
-            Estimate(v, v - 1.96 * e, v + 1.96 * e, 8) for v, e in zip(values, errors, strict=True)
-        ]
-        return estimates.trend(places, points)
-
-    expected = np.polyfit(places, truth, 1)[0]
-    assert covered(expected, [drawn() for _ in range(TRIALS)]) >= FEWEST
-
-
 def test_single_runs_have_no_error_to_resample():
     estimate = estimates.bootstrap(
         lambda *groups: float(sum(map(np.mean, groups))), [[1.0], [2, 3]]
@@ -189,9 +172,3 @@ def test_intervals_hold_the_true_share_as_often_as_they_say(runs):
 )
 def test_words_name_what_is_known(numbers, words):
     assert estimates.Estimate(*numbers).words == words
-
-
-def test_numbers_that_are_no_matter_of_chance_rest_on_no_runs():
-    some = Estimate(1.0, 0.5, 1.5, 8), Estimate(1.0, 0.5, 1.5, 5), estimates.sure(2)
-    assert estimates.fewest(*some) == 5
-    assert estimates.fewest(estimates.sure(1), estimates.sure(2)) is None

@@ -8,58 +8,11 @@ from scipy import stats
 from scipy.spatial.distance import pdist
 
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import dimension, fits, intermittency, scale_free, sections, spectra, states
+from beltrepro.stats import dimension, intermittency, power_law, sections, spectra, states
 
 RNG = np.random.default_rng
-
-# --- fits -----------------------------------------------------------------------------------------
-
-
-def test_a_line_has_the_slope_and_error_of_weighted_least_squares():
-    rng = RNG(0)
-    x = np.geomspace(0.5, 60, 9)
-    y = 3 * x**-1.3 * np.exp(0.2 * rng.standard_normal(9))
-    weight = rng.uniform(1, 5, 9)
-    fit = fits.fit_log_log(x, y, low=0.5, high=60, weight=weight)
-    # normal equations about the weighted means
-    a, b = np.log(x), np.log(y)
-    a0, b0 = np.average(a, weights=weight), np.average(b, weights=weight)
-    spread = np.sum(weight * (a - a0) ** 2)
-    slope = np.sum(weight * (a - a0) * (b - b0)) / spread
-    residual = np.sum(weight * (b - b0 - slope * (a - a0)) ** 2) / (9 - 2)
-    assert fit.exponent == pytest.approx(slope)
-    assert fit.exponent_error == pytest.approx(math.sqrt(residual / spread))
-    assert fit.prefactor == pytest.approx(math.exp(b0 - slope * a0))
-    assert (fit.low, fit.high, fit.sample_size) == (0.5, 60, 9)
-    assert fit(2.0) == pytest.approx(fit.prefactor * 2**slope)
-    plain, line = fits.fit_log_log(x, y, low=0.5, high=60), stats.linregress(a, b)
-    assert plain.exponent == pytest.approx(line.slope)
-    assert plain.exponent_error == pytest.approx(line.stderr)
-
-
-def test_a_fit_takes_the_points_in_its_range_that_have_a_logarithm_and_a_weight():
-    x = np.array([-1.0, 0.0, 1, 2, 4, 8, 16, 32, 64])
-    y = np.array([5.0, 5, 1, 2, 0, 8, 16, 32, 1e9])
-    weight = np.array([1.0, 1, 1, 1, 1, 1, 0, 1, 1])
-    fit = fits.fit_log_log(x, y, low=-2, high=32, weight=weight)
-    assert fit.sample_size == 4 and fit.exponent == pytest.approx(1)
-    assert fits.fit_log_log(x, y, low=1, high=32).sample_size == 5
-    with pytest.raises(NotEnoughDataError, match="3 points between 2 and 32, 4 are needed"):
-        fits.fit_log_log(x, y, low=2, high=32, weight=weight)
-
-
-def test_the_error_of_a_line_is_the_spread_of_its_slope():
-    rng, x = RNG(1), np.geomspace(1, 100, 12)
-    results = [
-        fits.fit_log_log(x, x**-1.5 * np.exp(0.3 * rng.standard_normal(12)), low=1, high=100)
-        for _ in range(400)
-    ]
-    score = [(fit.exponent + 1.5) / fit.exponent_error for fit in results]
-    assert stats.kstest(score, stats.t(10).cdf).pvalue > 1e-3
-
 
 # --- avalanches -----------------------------------------------------------------------------------
 
@@ -83,14 +36,6 @@ def test_a_histogram_by_hand():
         avalanches.log_histogram([0.0, -1], bins_per_decade=5)
 
 
-@pytest.mark.parametrize("decade", [1e-3, 1.0, 1e3])
-def test_values_on_the_edges_are_kept_in_one_bin_each(decade):
-    values = decade * np.array([1.0, 10.0])
-    _, _, count = avalanches.log_histogram(values, bins_per_decade=2)
-    assert count.tolist() == [1, 1]
-    assert avalanches.log_histogram(values[:1], bins_per_decade=2)[2].tolist() == [1]
-
-
 def test_the_falling_range_at_its_edges():
     centre, result = np.arange(1.0, 6), np.array([1, 5, 4, 3, 2.0])
     assert avalanches.falling_range(centre, result, np.array([10, 10, 10, 10, 9])) == (2, 4)
@@ -101,51 +46,6 @@ def test_the_falling_range_at_its_edges():
         avalanches.falling_range(centre, result[::-1] * [1, 1, 1, 1, 99], np.full(5, 90))
 
 
-def test_a_density_is_fitted_with_its_counts_from_bin_to_bin():
-    centre = np.geomspace(1, 100, 8)
-    result = centre**-2 * np.array([1, 3, 1, 1.2, 1, 0.9, 1, 9])
-    count = np.array([5, 50, 40, 30, 20, 10, 5, 1])
-    fit = avalanches.fit_density(centre, result, count, low=centre[1], high=centre[6])
-    inner = slice(1, 7)
-    same = fits.fit_log_log(centre[inner], result[inner], low=0, high=1e9, weight=count[inner])
-    assert (fit.exponent, fit.exponent_error) == (same.exponent, same.exponent_error)
-    assert fit.sample_size == 6
-
-
-def random_slips(seed, count=60):
-    """Slips of three blocks on two chains that overlap, touch, or come alone, in any order."""
-    rng = RNG(seed)
-    slips = np.zeros(count, SLIP)
-    slips["point"], slips["block"] = rng.integers(0, 2, count), rng.integers(1, 4, count)
-    slips["start_time"] = rng.integers(0, 80, count) / 2
-    slips["stop_time"] = slips["start_time"] + rng.integers(1, 9, count) / 2
-    slips["dissipated"] = rng.random(count)
-    return slips
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_samples_of_a_catalogue_are_those_of_a_plain_loop(seed):
-    """Slips forth and back, of a size from far below 1 on, and of none."""
-    slips = random_slips(seed)
-    slips["start_position"] = RNG(seed).choice([-2.0, 0.0, 1e-3, 0.4, 1.0, 30.0], slips.size)
-    catalogue = Dataset(
-        {"slips": slips, "avalanches": slips}, {"n_blocks": 3, "belt_velocity": 0.1}
-    )
-    expected = {"laboratory": [], "belt": [], "last": []}
-    for slip in slips[slips["block"] == 3]:
-        size, time = slip["start_position"], slip["stop_time"] - slip["start_time"]
-        for frame, moved in (("laboratory", size), ("belt", size + 0.1 * time)):
-            expected[frame] += [(moved, slip["point"])] * bool(moved > 0)
-        expected["last"].append((slip["dissipated"], slip["point"]))
-    assert len(expected["laboratory"]) < len(expected["belt"]) < len(expected["last"])
-    results = {frame: avalanches.slip_sizes(catalogue, frame) for frame in ("laboratory", "belt")}
-    results["last"] = avalanches.last_block_energies(catalogue)
-    for name, pairs in expected.items():
-        np.testing.assert_allclose(np.transpose(results[name]), pairs)
-        for chain, part in enumerate(results[name].by_chain()):
-            np.testing.assert_allclose(part, [value for value, point in pairs if point == chain])
-
-
 def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
     rng, chain = RNG(3), np.repeat([0, 1, 2, 3, 4], [90, 200, 150, 400, 60])
     values = 20 * (1 - rng.random(chain.size) * (1 - 12**-0.8)) ** (-1 / 0.8)
@@ -154,50 +54,11 @@ def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
     centre, density, _ = avalanches.log_histogram(values, bins_per_decade=10)
     tail = values >= centre[np.argmax(density)]
     assert (fit.low, fit.high, fit.chains) == (values[tail].min(), values.max(), 5)
-    law = scale_free.fit_law(np.log(values[tail]).mean(), fit.low, fit.high)
+    law = power_law.fit_law(np.log(values[tail]).mean(), fit.low, fit.high)
     assert fit.exponent.value == pytest.approx(law.exponent) and fit.exponent.runs == 5
 
 
-def test_avalanches_reach_the_last_block_if_one_of_its_slips_starts_in_them():
-    slips = random_slips(5)[:20]
-    rng = RNG(6)
-    starts = rng.integers(0, 40, 30).astype(float)
-    catalogue = np.zeros(30, [("point", "i4"), ("start_time", "f8"), ("stop_time", "f8")])
-    catalogue["point"] = rng.integers(0, 2, 30)
-    catalogue["start_time"], catalogue["stop_time"] = starts, starts + 2
-    expected = [
-        any(
-            slip["point"] == avalanche["point"]
-            and slip["block"] == 3
-            and avalanche["start_time"] <= slip["start_time"] <= avalanche["stop_time"]
-            for slip in slips
-        )
-        for avalanche in catalogue
-    ]
-    assert avalanches.with_last_block(catalogue, slips, 3).tolist() == expected
-    assert 0 < sum(expected) < 30
-
-
 # --- spectra and densities ------------------------------------------------------------------------
-
-
-def test_a_spectrum_is_averaged_in_bins_of_equal_width_before_its_fit():
-    frequency = np.linspace(0.01, 1, 400)
-    power = frequency**-1.2 * RNG(3).exponential(1.0, 400)
-    bins: dict[int, list[int]] = {}
-    for index, nu in enumerate(frequency):
-        if 0.02 <= nu <= 0.9:
-            bins.setdefault(math.floor(10 * math.log10(nu)), []).append(index)
-    x = [math.exp(np.log(frequency[one]).mean()) for one in bins.values()]
-    y = [power[one].mean() for one in bins.values()]
-    line = stats.linregress(np.log(x), np.log(y))
-    fit = spectra.fit_power_law(frequency, power, low=0.02, high=0.9)
-    assert fit.exponent == pytest.approx(line.slope)
-    assert fit.exponent_error == pytest.approx(line.stderr)
-    assert fit.prefactor == pytest.approx(math.exp(line.intercept))
-    assert fit.sample_size == len(bins)
-    with pytest.raises(NotEnoughDataError, match="no frequency between 2 and 3"):
-        spectra.fit_power_law(frequency, power, low=2, high=3)
 
 
 def test_a_periodogram_is_the_square_of_the_fourier_transform():
@@ -252,16 +113,6 @@ def test_the_correlation_integral_is_the_share_of_close_pairs():
     assert fit.error == pytest.approx(math.hypot(line.stderr, (halves[1] - halves[0]) / 2))
 
 
-def test_the_window_of_the_dimension_holds_enough_pairs_and_not_too_many_points():
-    points = RNG(6).random((600, 2))
-    fit = dimension.correlation_dimension(points)
-    pairs = 600 * 599 / 2
-    assert fit.correlation[0] * pairs == pytest.approx(100, rel=0.3)
-    few = dimension.correlation_dimension(np.repeat(points, 3, axis=0), max_points=600)
-    assert few.n_points == 600
-    assert few.dimension == pytest.approx(fit.dimension, abs=0.15)
-
-
 # --- intermittency --------------------------------------------------------------------------------
 
 
@@ -302,18 +153,6 @@ def test_the_period_search_at_its_edges():
         sections.find_period(np.tile(cycle[:4], 3)[:11])
 
 
-def test_the_tolerance_of_a_period_is_a_tenth_or_two_percent():
-    def period(amplitude, error):
-        values = np.tile([0.0, amplitude], 12)
-        values[7] += error
-        return sections.find_period(values)
-
-    assert (period(1.0, 0.0999), period(1.0, 0.101)) == (2, 0)
-    assert (period(5.0, 0.0999), period(5.0, 0.103)) == (2, 0)
-    assert (period(50.0, 0.99), period(50.0, 1.05)) == (2, 0)
-    assert sections.find_period(np.tile([0.0, 0.25], 8), tolerance=0.25) == 1
-
-
 def test_the_occupied_share_by_hand():
     values = np.repeat([0.5, 1.5, 2.5, 9.5], [10, 5, 4, 1])  # of 20, 90 % are 18
     assert sections.occupied_share(values, range=(0, 10), bins=10) == 0.3
@@ -322,29 +161,6 @@ def test_the_occupied_share_by_hand():
     assert sections.occupied_share(values, range=(0, 10), bins=10, mass=1.0) == 0.4
     beyond = np.repeat([-5.0, 50.0], [10, 5])
     assert sections.occupied_share(beyond, range=(0, 10), bins=10) == 0.2
-
-
-def test_the_0_1_test_is_that_of_a_plain_loop():
-    values = RNG(10).standard_normal(80).cumsum()
-    results = []
-    for frequency in RNG(0).uniform(math.pi / 5, 4 * math.pi / 5, 60):
-        p, q, x, y = [0.0], [0.0], 0.0, 0.0
-        for step, value in enumerate(values - values.mean(), start=1):
-            x += value * math.cos(frequency * step)
-            y += value * math.sin(frequency * step)
-            p.append(x)
-            q.append(y)
-        lags, span = range(1, 9), 80 - 8
-        squares = [
-            np.mean([(p[1 + j + n] - p[1 + j]) ** 2 + (q[1 + j + n] - q[1 + j]) ** 2
-                     for j in range(span)])
-            for n in lags
-        ]  # fmt: skip
-        results.append(stats.pearsonr(lags, squares).statistic)
-    assert sections.zero_one_test(values) == pytest.approx(np.median(results))
-    assert sections.zero_one_test(np.full(50, 3.0)) == 0
-    with pytest.raises(NotEnoughDataError, match="49 crossings, the 0-1 test needs 50"):
-        sections.zero_one_test(values[:49])
 
 
 def test_rows_tell_noise_levels_and_order_replicates():
@@ -364,6 +180,35 @@ def test_rows_tell_noise_levels_and_order_replicates():
     assert sections.rows(table, n_blocks=5, noise=0.3)["belt_velocity"].tolist() == [1, 1, 2, 2]
     kept = sections.select(row, row["replicate"] == 1)
     assert kept["belt_velocity"].tolist() == [1, 2]
+
+
+def test_quantiles_means_and_errors_at_each_place():
+    rng = np.random.default_rng(1)
+    places = rng.permutation(np.repeat([3.0, -1.0, 7.5], [11, 2, 1]))
+    values = places**2 + rng.exponential(size=places.size)
+    summary = sections.spread(places, values, share=0.5)
+    np.testing.assert_array_equal(summary.place, [-1, 3, 7.5])
+    np.testing.assert_array_equal(summary.count, [2, 11, 1])
+    of_three = np.sort(values[places == 3])
+    assert (summary.low[1], summary.median[1], summary.high[1]) == pytest.approx(
+        ((of_three[2] + of_three[3]) / 2, of_three[5], (of_three[7] + of_three[8]) / 2)
+    )
+    assert summary.mean[1] == pytest.approx(of_three.sum() / 11)
+    scatter = np.sqrt(np.sum((of_three - summary.mean[1]) ** 2) / 10)
+    assert summary.error[1] == pytest.approx(scatter / np.sqrt(11))
+    assert summary.low[2] == summary.median[2] == summary.high[2] == values[places == 7.5]
+    assert np.isnan(summary.error[2])
+
+
+def test_unknown_values_and_places_without_any_are_left_out():
+    summary = sections.spread([1, 1, 2, 2], [np.nan, 4.0, np.nan, np.inf])
+    assert (summary.place.tolist(), summary.median.tolist(), summary.count.tolist()) == (
+        [1],
+        [4],
+        [1],
+    )
+    empty = sections.spread([], [])
+    assert empty.place.size == empty.low.size == empty.mean.size == empty.error.size == 0
 
 
 # --- states ---------------------------------------------------------------------------------------
@@ -499,17 +344,6 @@ def test_new_states_are_apart_and_all_others_near_one_of_them():
     assert 50 < len(new) < 500
 
 
-SLIP = [
-    ("point", "i4"),
-    ("block", "i4"),
-    ("start_time", "f8"),
-    ("stop_time", "f8"),
-    ("start_position", "f8"),
-    ("stop_position", "f8"),
-    ("dissipated", "f8"),
-]
-
-
 def bounded_power_law(exponent, low, high, size, seed=1):
     """Sample of a density ~ x**exponent between low and high, by inversion."""
     power = 1 + exponent
@@ -562,12 +396,3 @@ def test_errors_of_a_density_come_from_the_scatter_of_runs():
         results.append((density[0], error[0]))
     densities, errors = np.array(results).T
     assert errors.mean() == pytest.approx(densities.std(), rel=0.1)
-
-
-def test_error_of_a_density_by_hand():
-    values, run = [2.0, 3.0, 20.0, 4.0, 50.0, 60.0, -1.0], [0, 0, 0, 1, 1, 1, 1]
-    centre, *_ = avalanches.log_histogram(values, bins_per_decade=1)
-    error = avalanches.density_error(values, run, centre, bins_per_decade=1)
-    # without one of two runs the shares in the first bin, 1 to 10, are 1/3 and 2/3
-    np.testing.assert_allclose(error, [1 / 6 / 9, 1 / 6 / 90])
-    assert np.isnan(avalanches.density_error([2.0, 3.0], [4, 4], centre, bins_per_decade=1)).all()

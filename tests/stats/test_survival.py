@@ -6,7 +6,6 @@ from scipy import stats
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import survival
-from beltrepro.stats.estimates import share
 from beltrepro.stats.motion import above_zero, margin
 
 RNG = np.random.default_rng
@@ -22,45 +21,7 @@ def within(count, runs, chance, *, errors=4.0):
     return abs(count / runs - chance) <= errors * np.sqrt(chance * (1 - chance) / runs)
 
 
-# --- shares ---------------------------------------------------------------------------------------
-
-
-def test_a_share_has_the_interval_of_clopper_and_pearson():
-    estimate = share(3, 16)
-    assert estimate.value == 3 / 16
-    assert stats.binom.sf(2, 16, estimate.low) == pytest.approx(0.025)
-    assert stats.binom.cdf(3, 16, estimate.high) == pytest.approx(0.025)
-    assert share(0, 16).numbers == pytest.approx((0, 0, 1 - 0.025 ** (1 / 16)))
-    assert share(16, 16).numbers == pytest.approx((1, 0.025 ** (1 / 16), 1))
-    with pytest.raises(NotEnoughDataError, match="no runs, 1 is needed"):
-        share(0, 0)
-
-
 # --- curves ---------------------------------------------------------------------------------------
-
-
-def naive_kaplan_meier(lifetime, ended):
-    """Instant by instant: the share left is multiplied by the part that does not end."""
-    share_left, curve = 1.0, [(0.0, 1.0)]
-    for time in sorted(set(lifetime)):
-        at_risk = sum(one >= time for one in lifetime)
-        ends = sum(one == time and did for one, did in zip(lifetime, ended, strict=True))
-        share_left *= 1 - ends / at_risk
-        curve.append((time, share_left))
-    return np.array(curve).T
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_survival_agrees_with_a_naive_twin(seed):
-    rng = RNG(seed)
-    lifetime = np.round(rng.exponential(10, 40))  # rounded, so that there are ties
-    ended = rng.random(40) < 0.6
-    curve = survival.kaplan_meier(lifetime, ended)
-    time, left = naive_kaplan_meier(lifetime.tolist(), ended.tolist())
-    assert curve.time.tolist() == time.tolist()
-    np.testing.assert_allclose(curve.share, left, atol=1e-12)
-    assert np.all((curve.lower <= curve.share) & (curve.share <= curve.upper))
-    assert np.isfinite(curve.lower).all() and np.isfinite(curve.upper).all()
 
 
 def test_survival_of_runs_that_all_last_or_all_end():
@@ -120,16 +81,6 @@ def test_each_end_of_the_interval_is_wrong_in_at_most_25_of_1000(runs, duration)
     assert above + below >= 0.01 * trials - 4 * np.sqrt(0.01 * trials)
 
 
-def test_the_interval_of_runs_that_all_end_is_exact_above():
-    """2T / mean follows chi2 with 2n degrees of freedom."""
-    rng, trials = RNG(8), 2000
-    below = sum(
-        survival.mean_lifetime(rng.exponential(1.0, 10), np.ones(10, bool)).upper < 1
-        for _ in range(trials)
-    )
-    assert within(below, trials, 0.025)
-
-
 @pytest.mark.parametrize(("mean", "runs"), [(0.15, 24), (0.4, 48), (0.4, 400)])
 def test_escapes_are_known_though_some_runs_never_escape(mean, runs):
     """The interval of the runs that ended holds the mean in 95 of 100; that of all never does."""
@@ -161,15 +112,6 @@ def test_ends_that_do_not_fall_off_have_no_mean():
     assert even.mean == np.inf and even.upper == np.inf and 30 < even.lower < 300
     with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
         survival.mean_of_ended([1.0, 2.0, 3.0], [True, True, False], horizon=4.0)
-
-
-def test_ends_after_the_horizon_do_not_count():
-    rng = RNG(3)
-    lifetime = rng.exponential(20.0, 3000)
-    ended = lifetime < 90
-    estimate = survival.mean_of_ended(lifetime, ended, horizon=60.0)
-    assert estimate.mean == pytest.approx(20, rel=0.1)
-    assert estimate.ended == np.sum(lifetime <= 60) and estimate.runs == lifetime.size
 
 
 # --- exponential or not ---------------------------------------------------------------------------
@@ -209,13 +151,6 @@ def test_exponential_lifetimes_are_rejected_in_5_of_100():
 
 
 @pytest.mark.thorough
-def test_a_weibull_of_shape_one_half_is_rejected():
-    count, result = rejections(lambda rng, runs: rng.weibull(0.5, runs), 3.0, 20, runs=50)
-    assert count >= 19
-    assert np.median([one.shape for one in result]) == pytest.approx(0.5, abs=0.1)
-
-
-@pytest.mark.thorough
 def test_a_mixture_is_rejected_until_the_count_begins_after_it():
     """A third of the runs settles at once, the others at a constant rate."""
 
@@ -229,39 +164,9 @@ def test_a_mixture_is_rejected_until_the_count_begins_after_it():
     assert later <= 4  # of 15 with a chance of 5 %: more in 1 of 1600 cases
 
 
-@pytest.mark.parametrize(("runs", "critical"), [(10, 0.325), (20, 0.234)])
-def test_distances_are_those_of_the_table_of_lilliefors(runs, critical):
-    """Table 1 of the paper of 1969, level 0.05, from 5000 samples: to 0.005."""
-    distance = survival._distance(RNG(20).exponential(3.0, (20000, runs)), np.inf)
-    assert np.quantile(distance, 0.95) == pytest.approx(critical, abs=0.008)
-
-
-@pytest.mark.parametrize(("runs", "duration"), [(16, 1.5), (50, 0.7)])
-def test_exponential_lifetimes_are_called_other_in_5_of_100(runs, duration):
-    rng, trials = RNG(21), 300
-    count = sum(
-        survival.exponential_test(*followed(rng.exponential(1, runs), duration), samples=199)
-        <= survival.LEVEL
-        for _ in range(trials)
-    )
-    assert within(count, trials, 0.05)
-
-
-def test_lifetimes_of_two_lengths_are_not_exponential():
-    """Half of the runs end soon, half at about one time: no trend of the rate, but a bump."""
-    rng, results = RNG(22), []
-    for _ in range(10):
-        short = rng.random(100) < 0.5
-        lifetime = np.where(short, rng.exponential(0.5, 100), rng.normal(3.0, 0.4, 100))
-        results.append(survival.exponential_test(*followed(np.abs(lifetime), 20.0), samples=199))
-    assert max(results) <= survival.LEVEL
-
-
-def test_the_tests_need_three_ends():
+def test_the_test_needs_three_ends():
     with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
         survival.weibull_test([0.0, 1, 2, 5, 5], [True, True, True, False, False])
-    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
-        survival.exponential_test([1.0, 2, 5, 5], [True, True, False, False])
 
 
 # --- verdict --------------------------------------------------------------------------------------
@@ -322,17 +227,6 @@ def test_exponents_are_weighted_by_their_time():
     assert (one.value, one.error, one.runs) == (0.02, 1e-3, 1)
     none = survival.pool_exponents([np.nan], [np.nan], [0])
     assert np.isnan(none.value) and none.runs == 0
-
-
-def test_the_error_of_a_pooled_exponent_is_its_spread():
-    """Each part of length t has an exponent with an error that falls with the root of t."""
-    rng, times = RNG(10), np.geomspace(100, 1000, 16)
-    pooled = [
-        survival.pool_exponents(0.01 + rng.normal(0, 0.02 / np.sqrt(times)), times, times)
-        for _ in range(400)
-    ]
-    spread = np.std([one.value for one in pooled])
-    assert np.sqrt(np.mean([one.error**2 for one in pooled])) == pytest.approx(spread, rel=0.15)
 
 
 # --- ends that become known late ------------------------------------------------------------------

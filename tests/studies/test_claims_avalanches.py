@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from test_scale_free import power_law
+from test_power_law import power_law
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.observe.slips import AVALANCHE, SLIP
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
-from beltrepro.stats import scale_free
+from beltrepro.stats import power_law as laws
 from made_up import both, few_resamples, grades, measured  # noqa: F401
 
 RNG = np.random.default_rng
@@ -21,7 +21,7 @@ EDGES = 10**1.8, 10**2.8  # of bins, 5 or 10 a decade
 def few_samples(monkeypatch):
     monkeypatch.setattr(avalanches, "SCALED_RESAMPLES", 40)
     monkeypatch.setattr(
-        scale_free.goodness_of_fit, "__kwdefaults__", {"independent": None, "samples": 60}
+        laws.goodness_of_fit, "__kwdefaults__", {"independent": None, "samples": 60}
     )
 
 

@@ -18,7 +18,7 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.noise import claims as noise
 from beltrepro.replication.verdicts import evidence
 from beltrepro.replication.verdicts.ledger import load_ledger
-from beltrepro.stats import estimates, transitions
+from beltrepro.stats import estimates, transition
 
 SHOWING = {name: entry for name, entry in registry.figures().items() if entry.shows}
 NOISY = ("noisy_motion", "noisy_motion_rest")
@@ -38,7 +38,7 @@ def short_runs_and_few(monkeypatch):
     """The made-up scans have three runs at a point, and discard little."""
     monkeypatch.setattr(evidence, "SETTLED_TRANSIENT", 0.0)
     monkeypatch.setattr(noise, "SETTLED", 0.0)
-    monkeypatch.setattr(transitions, "LEAST_RUNS", 3)
+    monkeypatch.setattr(transition, "LEAST_RUNS", 3)
     monkeypatch.setattr(estimates, "RESAMPLES", 40)
 
 
@@ -143,6 +143,6 @@ def test_no_figure_finds_a_fall_or_rise_by_itself():
             continue
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.ImportFrom) and node.module == "beltrepro.stats":
-                assert not {"transitions", "branches"} & {alias.name for alias in node.names}, path
-            if isinstance(node, ast.ImportFrom) and node.module == "beltrepro.stats.transitions":
-                assert {alias.name for alias in node.names} <= {"running_median"}, path
+                assert "transition" not in {alias.name for alias in node.names}, path
+            if isinstance(node, ast.ImportFrom):
+                assert node.module != "beltrepro.stats.transition", path

@@ -13,7 +13,7 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
 from beltrepro.replication.studies.chaos import words as chaos
 from beltrepro.replication.studies.transition import measure
-from beltrepro.stats import branches
+from beltrepro.stats import transition
 
 TABLES = registry.tables()
 POINTS = ("belt_velocity", "disorder_parameter")
@@ -77,7 +77,7 @@ def test_critical_velocities_are_the_falls_of_every_row():
     assert 15 < noisy["lower"] <= noisy["critical"] <= noisy["upper"] < 26
     assert noisy["high"] - noisy["low"] > 2
     assert np.isnan(ten[["critical", "low", "high", "lower", "upper"]].astype(float)).all()
-    numbers = branches.fall(*(five.arrays[name][five.arrays["noise"] == 1] for name in POINTS))
+    numbers = transition.fall(*(five.arrays[name][five.arrays["noise"] == 1] for name in POINTS))
     critical = numbers["critical"]
     assert (noisy["critical"], noisy["low"]) == (critical.value, critical.low)
 

@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts.evidence import Cut
-from beltrepro.stats import branches
+from beltrepro.stats import transition
 
 U = np.tile(np.arange(1.0, 41), 4)
 
@@ -28,7 +28,7 @@ def test_a_row_is_that_of_its_noise_in_order(noise, place):
     row = Cut.of(scan(), n_blocks=5, noise=noise)
     assert row.belt_velocity.tolist() == sorted(U) and set(row.noise) == {noise}
     assert (row.transient, row.duration) == (1e4, 3e4)
-    assert row.fall == branches.fall(row.belt_velocity, row.disorder)
+    assert row.fall == transition.fall(row.belt_velocity, row.disorder)
     assert row.fall["critical"].value == pytest.approx(place, abs=0.1)
 
 

@@ -9,7 +9,7 @@ from beltrepro.chaos.continuation import OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import time_to_orbit
 from beltrepro.chaos.lyapunov import LyapunovSpectrum, lyapunov_spectrum
 from beltrepro.chaos.naming import Motion, classify
-from beltrepro.chaos.periodic_orbits import PeriodicOrbit, close_orbit, periodic_orbit
+from beltrepro.chaos.periodic_orbits import PeriodicOrbit, periodic_orbit
 
 __all__ = [
     "Basins",
@@ -19,7 +19,6 @@ __all__ = [
     "PeriodicOrbit",
     "basins",
     "classify",
-    "close_orbit",
     "lyapunov_spectrum",
     "orbit_branch",
     "periodic_orbit",

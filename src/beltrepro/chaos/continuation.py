@@ -182,7 +182,7 @@ def orbit_branch(
     """Follow a periodic orbit along a constant of the chain, down and up, to its ends.
 
     Each step predicts the next orbit from the way in which this one changes, and closes it by
-    Newton's method (`close_orbit`). The step shrinks where that fails. So the ends are found by
+    Newton's method. The step shrinks where that fails. So the ends are found by
     halving, to 1e-8 of the value. An orbit is one with the last if each block slips as often, in
     the same directions and order. Which of two blocks is first may change; that is smooth.
 
@@ -268,7 +268,7 @@ class _Point(NamedTuple):
 
     @classmethod
     def of(cls, orbit: PeriodicOrbit, tolerance: float | None) -> _Point:
-        run = follow(orbit.state, orbit.period_time, tolerance=tolerance)
+        run = follow(orbit.state, orbit.period_time, tolerance)
         return cls(orbit, words.symbols(run.events))
 
     @property
@@ -319,7 +319,7 @@ def _next(here: _Point, value: float, course: _Course) -> _Point | None:
     """The orbit of a branch at another value of the quantity, if it is there."""
     try:
         start, period_time = _predicted(here, value, course)
-        orbit = close_orbit(start, period_time, tolerance=course.tolerance)
+        orbit = close_orbit(start, period_time, course.tolerance)
         point = _Point.of(orbit, course.tolerance)
     except (InputError, ModelStateError):  # it does not close, or blocks would meet
         return None
@@ -345,7 +345,7 @@ def _predicted(here: _Point, value: float, course: _Course) -> tuple[ChainState,
             nearby = orbit.state.under(course.chain(orbit, now + share * (value - now)))
         except InputError:  # no chain has such a value: the branch begins at a limit
             continue
-        run = follow(nearby, orbit.period_time, tolerance=course.tolerance)
+        run = follow(nearby, orbit.period_time, course.tolerance)
         if words.kinds(words.symbols(run.events)) == words.kinds(here.word):
             apart = (coordinates(run.final_state) - coordinates(nearby)) / share
             change, longer = closing(orbit.monodromy, flow(orbit.state), apart)
@@ -391,7 +391,7 @@ def _end(here: _Point, ahead: float, course: _Course) -> SpecialPoint:
     try:
         beyond = value + _BEYOND * (ahead - value)
         start, period_time = _predicted(here, beyond, course)
-        events = follow(start, period_time, tolerance=course.tolerance).events
+        events = follow(start, period_time, course.tolerance).events
     except ModelStateError:
         return SpecialPoint(value, CONTACT, 0, "blocks meet, or a block and the wall")
     if difference := words.first_difference(here.word, words.symbols(events)):

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from beltrepro.base import checks, names
+from beltrepro.base import checks
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.vectors import (
     NO_SAMPLES,
+    REST,
     check_method,
     end_errors,
     grow,
+    integrator_by,
     slopes,
     standard_errors,
     with_vectors,
@@ -93,35 +94,6 @@ class LyapunovSpectrum(Tabled):
         time = self.growth.shape[1] * self.interval
         margin = np.nanmax([_ERRORS * self.standard_error[first], 5.0 / time])
         return first if abs(self.exponents[first]) <= margin else None
-
-    @names.checked
-    def finite_time(self, length: float) -> np.ndarray:
-        """Exponents over stretches of the runs: the distribution of finite-time exponents.
-
-        Parameters
-        ----------
-        length : float
-            Of a stretch, model time; rounded to a whole number of intervals.
-
-        Returns
-        -------
-        array (R, M, K)
-            Mean growth, as a rate, in each of the M stretches that follow each other in a run and
-            fit in whole; minus infinity for directions that a stick erases.
-
-        Raises
-        ------
-        InputError
-            The length is shorter than an interval, or longer than a run after the transient.
-        """
-        runs, intervals, count = self.growth.shape
-        size = round(checks.positive("length", length) / self.interval)
-        if not 1 <= size <= intervals:
-            longest = intervals * self.interval
-            raise InputError(f"length = {length:g}: allowed are {self.interval:g} to {longest:g}")
-        stretches = intervals // size
-        kept = self.growth[:, : stretches * size]
-        return kept.reshape(runs, stretches, size, count).mean(axis=2)
 
     def __repr__(self) -> str:
         first = ", ".join(

@@ -8,9 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from beltrepro.chaos.clocks import REST, integrator_by
 from beltrepro.chaos.periodic_orbits import moments_of_orbit
-from beltrepro.chaos.vectors import check_method, grow, slopes, standard_errors, with_vectors
+from beltrepro.chaos.vectors import (
+    REST,
+    check_method,
+    grow,
+    integrator_by,
+    slopes,
+    standard_errors,
+    with_vectors,
+)
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters

@@ -7,7 +7,7 @@ map over one period. Its 2N eigenvalues are the multipliers of the orbit (docs/t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -27,8 +27,6 @@ from beltrepro.simulation.setup import (
     Case,
     Chains,
     check_lengths,
-    check_state,
-    check_tolerance,
     setup_of,
     with_setup,
 )
@@ -143,8 +141,9 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """The periodic orbit in which a chain ends.
 
-    The chain is followed until its state comes back (`beltrepro.stats.recurrence`), and the
-    orbit is closed from there by `close_orbit`.
+    The chain is followed until its state comes back (`beltrepro.stats.recurrence`). Newton's
+    method, with the tangent map as derivative, then moves the state and the time until the orbit
+    closes.
 
     Parameters
     ----------
@@ -195,60 +194,32 @@ def periodic_orbit(
     state, period_time = _recurrence(
         settled, observed, lambda done: report((transient + done * observed) / duration)
     )
-    return close_orbit(state, period_time, tolerance=case.tolerance)
+    return close_orbit(state, period_time, case.tolerance)
 
 
-@names.checked
 def close_orbit(
-    state: ChainState, period_time: float, *, tolerance: float | None = None
+    state: ChainState, period_time: float, tolerance: float | None = None
 ) -> PeriodicOrbit:
-    """The periodic orbit near a state that about comes back after some time.
+    """The periodic orbit near a state that about comes back after some time, by Newton's method.
 
-    Newton's method, with the tangent map as derivative, moves the state and the time until the
-    orbit closes. Orbits that do not attract are found too. A multiple of a period is taken as it
-    is given.
-
-    Parameters
-    ----------
-    state : ChainState
-        Near the orbit, of a chain without noise.
-    period_time : float
-        About the length of the period, model time.
-    tolerance : float or None
-        Truncation of the series, as in `simulate`.
-
-    Returns
-    -------
-    PeriodicOrbit
-        With its multipliers.
-
-    Raises
-    ------
-    InputError
-        The chain has noise, no block slips and sticks, or no orbit closes nearby.
-    ModelStateError
-        A state left the range of the model.
+    Orbits that do not attract are found too. A multiple of a period is taken as it is given.
     """
-    check_noise(check_state("state", state).parameters)
-    period_time = checks.positive("period_time", period_time)
-    tolerance = check_tolerance("tolerance", tolerance)
-    start = most_stuck(state, period_time, tolerance)
-    orbit = closed(start, period_time, tolerance)
-    start, period_time = orbit.state, orbit.period_time
+    start = _most_stuck(state, period_time, tolerance)
+    start, period_time, monodromy, residual = _closed(start, period_time, tolerance)
     lengths = moments_of_orbit(start, period_time, tolerance)
-    returns = states_at(start, period_time, float(lengths["mean_length"][0]), tolerance)
-    slips = follow(start, period_time, tolerance=tolerance).events["kind"] == "slip"
+    mean_length = float(lengths["mean_length"][0])
+    slips = follow(start, period_time, tolerance).events["kind"] == "slip"
     return PeriodicOrbit(
         parameters=state.parameters,
         state=start,
         period_time=period_time,
         period_events=int(slips.sum()),
-        period_returns=len(returns),
-        monodromy=orbit.monodromy,
-        multipliers=multipliers(start, orbit.monodromy),
-        residual=orbit.residual,
+        period_returns=len(states_at(start, period_time, mean_length, tolerance)),
+        monodromy=monodromy,
+        multipliers=_multipliers(start, monodromy),
+        residual=residual,
         disorder_parameter=float(lengths["disorder_parameter"][0]),
-        mean_length=float(lengths["mean_length"][0]),
+        mean_length=mean_length,
     )
 
 
@@ -308,7 +279,7 @@ def states_at(
 # velocities of those that slip. Its other velocities are those of the belt, and stay so.
 
 
-class Closed(NamedTuple):
+class _Closed(NamedTuple):
     """A closed orbit: one of its states, and what a period does to deviations from it."""
 
     state: ChainState
@@ -320,23 +291,20 @@ class Closed(NamedTuple):
 def follow(
     state: ChainState,
     duration: float,
-    *,
     tolerance: float | None = None,
     sample_interval: float | None = None,
 ) -> Run:
     """The run from a state on."""
     setup = Setup(state.parameters, tolerance=tolerance, initial_state=state)
-    run = simulate(setup, duration=duration, sample_interval=sample_interval)
-    assert isinstance(run, Run)  # as it was one chain
-    return run
+    return cast(Run, simulate(setup, duration=duration, sample_interval=sample_interval))
 
 
-def most_stuck(state: ChainState, period_time: float, tolerance: float | None) -> ChainState:
+def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) -> ChainState:
     """A state of the next period in which as many blocks are stuck as ever are, at time 0."""
     # in the middle of the longest time between two events in which they are, away from the events;
     # a state that is about there already stays where it is
     state = replace(state, time=0.0)
-    events = follow(state, period_time, tolerance=tolerance).events
+    events = follow(state, period_time, tolerance).events
     if not len(events):
         raise InputError(
             f"{state.parameters.describe()}: no block sticks or slips in {period_time:g} time "
@@ -355,7 +323,7 @@ def most_stuck(state: ChainState, period_time: float, tolerance: float | None) -
     return replace(state, time=0.0, scheme=None)
 
 
-def closed(start: ChainState, period_time: float, tolerance: float | None) -> Closed:
+def _closed(start: ChainState, period_time: float, tolerance: float | None) -> _Closed:
     """The orbit that closes near a state after about a period."""
     best, size, about = None, float(np.abs(coordinates(start)).max()), period_time
     for _ in range(_STEPS):
@@ -366,7 +334,7 @@ def closed(start: ChainState, period_time: float, tolerance: float | None) -> Cl
         residual = float(np.abs(apart).max()) / size
         if best is not None and residual >= best.residual:
             break
-        best = Closed(start, period_time, matrix, residual)
+        best = _Closed(start, period_time, matrix, residual)
         change, longer = closing(matrix, rates, apart)
         start, period_time = shifted(start, change), period_time + longer
         if abs(period_time - about) > _NEAR * about:
@@ -388,7 +356,7 @@ def closing(matrix: np.ndarray, rates: np.ndarray, apart: np.ndarray) -> tuple[n
     return change[:-1], float(change[-1])
 
 
-def multipliers(state: ChainState, monodromy: np.ndarray) -> np.ndarray:
+def _multipliers(state: ChainState, monodromy: np.ndarray) -> np.ndarray:
     """The 2N multipliers of an orbit through a state, largest modulus first."""
     # The monodromy matrix maps the flow to itself: that is the trivial multiplier. What it does to
     # deviations across the flow, seen along the flow, is the return map of the section.

@@ -6,7 +6,7 @@ import scipy
 
 from beltrepro.base.errors import require
 from beltrepro.stats.estimates import CONFIDENCE, Estimate
-from beltrepro.stats.fits import PowerLawFit, fit_log_log
+from beltrepro.stats.power_law import PowerLawFit, fit_log_log
 
 # The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the
 # stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).

@@ -15,9 +15,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +29,6 @@ REGULAR = "regular"
 TRANSIENT = "transient"
 LASTING = "lasting"
 OPEN = "open"
-VERDICTS = (REGULAR, TRANSIENT, LASTING, OPEN)
 
 LEVEL = 0.05  # p below which lifetimes are not exponential
 MINIMUM_ENDS = 3  # fewer ends tell no distribution
@@ -39,13 +36,13 @@ MINIMUM_ENDS = 3  # fewer ends tell no distribution
 # come back before a run counts as settled, which takes up to some 40000 time units after the end.
 SEEN = 0.5
 LONGEST_START = 0.1  # share of the horizon that may pass before runs are counted
+_SLOWEST = 1e-6  # rate of ends, times the horizon, that is as good as none
 
 
 # --- curves ---------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class SurvivalCurve:
+class SurvivalCurve(NamedTuple):
     """Share of runs that are irregular for longer than a time, by Kaplan and Meier."""
 
     time: np.ndarray  # 0, then the instants at which a run ended or was given up, rising
@@ -55,49 +52,31 @@ class SurvivalCurve:
 
 
 def kaplan_meier(
-    lifetime: npt.ArrayLike,
-    ended: npt.ArrayLike,
-    *,
-    horizon: float = np.inf,
+    lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, horizon: float = np.inf
 ) -> SurvivalCurve:
-    """Share of runs that are still irregular, against time, with censoring.
-
-    The band is that of Greenwood's variance and the logarithm of the logarithm (as
-    `scipy.stats.ecdf`). It does not exist where the share is 1 or 0. There the exact interval of a
-    share of all runs stands for it.
-    """
-    lifetime, ended = _between(0.0, horizon, lifetime, ended)
-    curve = scipy.stats.ecdf(_censored(lifetime, ended)).sf
-    lower, upper = _band(curve)
-    whole, none = (share(count, ended.size) for count in (ended.size, 0))
-    left = curve.probabilities
-    lower = np.select([left == 1, left == 0], [whole.low, none.low], lower)
-    upper = np.select([left == 1, left == 0], [whole.high, none.high], upper)
-    return SurvivalCurve(
-        time=np.concatenate([[0.0], curve.quantiles]),
-        share=np.concatenate([[1.0], left]),
-        lower=np.concatenate([[whole.low], lower]),
-        upper=np.concatenate([[whole.high], upper]),
-    )
-
-
-def _band(curve: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Confidence band of an estimate by scipy; NaN, without a warning, where it is 0 or 1."""
+    """Share of runs that are still irregular, against time; its band by Greenwood's variance."""
+    time, late = _between(0.0, horizon, lifetime, ended)
+    curve = scipy.stats.ecdf(_censored(time, late)).sf
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The confidence interval is undefined", RuntimeWarning)
         band = curve.confidence_interval(CONFIDENCE, method="log-log")
-    return band.low.probabilities, band.high.probabilities
+    # none where the share is 1 or 0: the exact interval of a share of all runs stands for it there
+    whole, none = (share(count, late.size) for count in (late.size, 0))
+    left = curve.probabilities
+    ends = [left == 1, left == 0]
+    lower = np.select(ends, [whole.low, none.low], band.low.probabilities)
+    upper = np.select(ends, [whole.high, none.high], band.high.probabilities)
+    columns = (0.0, curve.quantiles), (1.0, left), (whole.low, lower), (whole.high, upper)
+    return SurvivalCurve(*(np.concatenate([[first], rest]) for first, rest in columns))
 
 
 # --- exponential lifetimes ------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class MeanLifetime:
+class MeanLifetime(NamedTuple):
     """Mean of an exponential distribution of lifetimes."""
 
-    # time under observation over the number of ends, counted from the start; inf without an end
-    mean: float
+    mean: float  # inf without an end
     lower: float  # confidence interval; upper is inf without an end
     upper: float
     ended: int  # runs that ended after the start
@@ -106,40 +85,26 @@ class MeanLifetime:
 
 
 def mean_lifetime(
-    lifetime: npt.ArrayLike,
-    ended: npt.ArrayLike,
-    *,
-    start: float = 0.0,
-    horizon: float = np.inf,
+    lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0, horizon: float = np.inf
 ) -> MeanLifetime:
-    """Mean of exponential lifetimes, by maximum likelihood with censoring.
+    """Mean of exponential lifetimes: time under observation over the number of ends.
 
     With n ends in a total time T, the interval is 2T / chi2(2n + 2) to 2T / chi2(2n), at the
     quantiles of each side. It is the exact interval of the rate of a Poisson process (Garwood,
     Biometrika 28, 437, 1936), on the clock of the time under observation. Each end is wrong in at
-    most half of 1 - CONFIDENCE of all cases, whatever the number of runs. The lower limit is exact
-    without an end, the upper one where all runs ended.
+    most half of 1 - CONFIDENCE of all cases, whatever the number of runs.
     """
     time, late = _between(start, horizon, lifetime, ended)
     require(time.size, f"no run is irregular at t = {start:.6g}, 1 is needed")
     count, total = int(late.sum()), float(time.sum())
     tail = (1 - CONFIDENCE) / 2
-    return MeanLifetime(
-        mean=total / count if count else np.inf,
-        lower=2 * total / float(scipy.stats.chi2.isf(tail, 2 * count + 2)),
-        upper=2 * total / float(scipy.stats.chi2.ppf(tail, 2 * count)) if count else np.inf,
-        ended=count,
-        runs=time.size,
-        time=total,
-    )
+    mean = total / count if count else np.inf
+    lower = 2 * total / float(scipy.stats.chi2.isf(tail, 2 * count + 2))
+    upper = 2 * total / float(scipy.stats.chi2.ppf(tail, 2 * count)) if count else np.inf
+    return MeanLifetime(mean, lower, upper, count, time.size, total)
 
 
-def mean_of_ended(
-    lifetime: npt.ArrayLike,
-    ended: npt.ArrayLike,
-    *,
-    horizon: float,
-) -> MeanLifetime:
+def mean_of_ended(lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, horizon: float) -> MeanLifetime:
     """Mean of exponential lifetimes from the runs alone that ended by the horizon.
 
     Of the others nothing is assumed: some may last on, and some may have reached a state that this
@@ -151,28 +116,23 @@ def mean_of_ended(
     time, late = _between(0.0, horizon, lifetime, ended)
     ends = time[late]
     require(ends.size >= MINIMUM_ENDS, f"{ends.size} runs ended, {MINIMUM_ENDS} are needed")
-    share = float(ends.mean()) / horizon
-    smallest = 1e-6  # rate times window that is as good as none
-    most = 2 / share  # a cut-off makes the mean smaller
-    best = (
-        smallest
-        if share >= _mean_up_to_one(smallest)
-        else _root(lambda rate: _mean_up_to_one(rate) - share, smallest, most)
-    )
-    least = _log_likelihood(best, share) - scipy.stats.chi2.ppf(CONFIDENCE, 1) / (2 * ends.size)
-    excess = partial(_log_likelihood, mean=share, above=least)
+    part = float(ends.mean()) / horizon
+    if part >= _mean_up_to_one(_SLOWEST):
+        best = _SLOWEST
+    else:  # a cut-off makes the mean smaller than without one
+        best = _root(lambda rate: _mean_up_to_one(rate) - part, _SLOWEST, 2 / part)
+    least = _log_likelihood(best, part) - scipy.stats.chi2.ppf(CONFIDENCE, 1) / (2 * ends.size)
+
+    def excess(rate: float) -> float:
+        return _log_likelihood(rate, part) - least
+
     most = 2 * max(best, 1.0)
     while excess(most) > 0:
         most *= 2
-    slowest = 0.0 if excess(smallest) > 0 else _root(excess, smallest, best)
-    return MeanLifetime(
-        mean=horizon / best if best > smallest else np.inf,
-        lower=horizon / _root(excess, best, most),
-        upper=horizon / slowest if slowest else np.inf,
-        ended=ends.size,
-        runs=time.size,
-        time=float(ends.sum()),
-    )
+    mean = horizon / best if best > _SLOWEST else np.inf
+    lower = horizon / _root(excess, best, most)
+    upper = np.inf if excess(_SLOWEST) > 0 else horizon / _root(excess, _SLOWEST, best)
+    return MeanLifetime(mean, lower, upper, ends.size, time.size, float(ends.sum()))
 
 
 def _mean_up_to_one(rate: float) -> float:
@@ -180,17 +140,16 @@ def _mean_up_to_one(rate: float) -> float:
     return 1 / rate - float(np.exp(-rate) / -np.expm1(-rate))
 
 
-def _log_likelihood(rate: float, mean: float, above: float = 0.0) -> float:
+def _log_likelihood(rate: float, mean: float) -> float:
     """Of an end with this mean, for an exponential distribution that is cut off at 1."""
-    return float(np.log(rate / -np.expm1(-rate))) - rate * mean - above
+    return float(np.log(rate / -np.expm1(-rate))) - rate * mean
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
     return float(scipy.optimize.brentq(function, low, high))
 
 
-@dataclass(frozen=True)
-class WeibullTest:
+class WeibullTest(NamedTuple):
     """Whether the rate of ends falls or rises with time."""
 
     # chance that runs which end at a constant rate show a trend at least as strong as these
@@ -222,47 +181,10 @@ def weibull_test(
     return WeibullTest(float(scipy.stats.chi2.sf(2 * (likelihood - exponential), 1)), float(shape))
 
 
-def exponential_test(
-    lifetime: npt.ArrayLike,
-    ended: npt.ArrayLike,
-    *,
-    start: float = 0.0,
-    horizon: float = np.inf,
-    samples: int = 999,
-) -> float:
-    """Test whether lifetimes are exponential, whatever they may be otherwise.
-
-    The largest distance of the observed distribution from the exponential one with the mean
-    lifetime (Lilliefors, J. Am. Stat. Assoc. 64, 387, 1969) is compared with that of random
-    exponential lifetimes, of as many runs that are given up at the same time. Ends after the first
-    run was given up do not count.
-    """
-    time, late = _between(start, horizon, lifetime, ended)
-    limit = float(time[~late].min(initial=np.inf))
-    time = np.minimum(time, limit)
-    ends = int(np.sum(late & (time < limit)))
-    require(ends >= MINIMUM_ENDS, f"{ends} runs ended, {MINIMUM_ENDS} are needed")
-    random = np.random.default_rng(0).exponential(time.sum() / ends, (samples, time.size))
-    distance = _distance(np.minimum(random, limit), limit)
-    return float((1 + np.sum(distance >= _distance(time[None], limit))) / (samples + 1))
-
-
-def _distance(time: np.ndarray, limit: float) -> np.ndarray:
-    """Largest distance (S,) of lifetimes (S, M) from exponential ones, censored at a limit."""
-    time = np.sort(time, axis=1)
-    ends, runs = np.sum(time < limit, axis=1), time.shape[1]
-    with np.errstate(divide="ignore"):
-        expected = -np.expm1(-time * (ends / time.sum(axis=1))[:, None])
-    below = np.minimum(np.arange(runs), ends[:, None]) / runs  # share of ends before each time
-    above = np.minimum(np.arange(1, runs + 1), ends[:, None]) / runs
-    return np.maximum(expected - below, above - expected).max(axis=1)
-
-
 # --- exponent of the irregular part ---------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class PooledExponent:
+class PooledExponent(NamedTuple):
     """Largest exponent of the irregular motion, over several runs; NaN where none has one."""
 
     value: float  # mean over the runs, with the time of each as its weight
@@ -331,24 +253,16 @@ def decide(
     return OPEN if test.p < LEVEL and test.shape < 1 else TRANSIENT
 
 
-# --- parts ----------------------------------------------------------------------------------------
-
-
-def _checked(lifetime: npt.ArrayLike, ended: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    lifetime, ended = np.asarray(lifetime, dtype=float), np.asarray(ended, dtype=bool)
-    require(lifetime.shape == ended.shape, f"{lifetime.size} lifetimes of {ended.size} runs")
-    require(lifetime.size, "no runs, 1 is needed")
-    return lifetime, ended
-
-
 def _between(
     start: float, horizon: float, lifetime: npt.ArrayLike, ended: npt.ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
     """Time after the start of the runs that are irregular then, and which end by the horizon."""
-    lifetime, ended = _checked(lifetime, ended)
-    seen = np.minimum(lifetime, horizon)
+    times, ends = np.asarray(lifetime, dtype=float), np.asarray(ended, dtype=bool)
+    require(times.shape == ends.shape, f"{times.size} lifetimes of {ends.size} runs")
+    require(times.size, "no runs, 1 is needed")
+    seen = np.minimum(times, horizon)
     late = seen >= start
-    return seen[late] - start, (ended & (lifetime <= horizon))[late]
+    return seen[late] - start, (ends & (times <= horizon))[late]
 
 
 def _censored(lifetime: np.ndarray, ended: np.ndarray) -> scipy.stats.CensoredData:

@@ -14,9 +14,9 @@ from scipy import ndimage
 from beltrepro.base import checks, names
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
-from beltrepro.stats import stretches
+from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate, exponential
-from beltrepro.stats.fits import PowerLawFit
+from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND, exponent_of, fit_power_law, power_spectrum
 
 # The paper tells stretches of small amplitude from those of large amplitude by eye.
@@ -181,9 +181,9 @@ def analyse(
     position = position - blocks_m
     parts = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
     interval = float(np.median(np.diff(time)))
-    moments = stretches.moments(position, _weights(np.diff(time), interval))
+    moments = estimates.sums_in_stretches(position, _weights(np.diff(time), interval))
     disorder, length = (
-        stretches.from_stretches(log, moments) for log in (_log_disorder, _log_mean)
+        estimates.from_stretches(log, moments) for log in (_log_disorder, _log_mean)
     )
     return Recording(
         **vars(parts),

@@ -9,8 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
-from beltrepro.stats import spectra
-from beltrepro.stats.transitions import running_median
+from beltrepro.stats import sections, spectra
 
 # What the axes of the paper show, in its symbols (model units).
 BELT_VELOCITY, NOISE, TIME = "$u$", r"$\sigma$", "$t$"
@@ -221,7 +220,8 @@ def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **chan
         look |= {"marker": "x", "markersize": 3.5, "label": None, "markeredgewidth": 0.8}
         if overlay not in axes.get_legend_handles_labels()[1]:
             axes.plot([], [], "x", color=changes.get("color", style.GREY), label=overlay)
-    axes.plot(*running_median(abscissa[finite], disorder[finite], 0.0), **look)
+    spread = sections.spread(abscissa[finite], disorder[finite])
+    axes.plot(spread.place, spread.median, **look)
 
 
 def finish_curves(axes, *, xlabel, ncols=4):

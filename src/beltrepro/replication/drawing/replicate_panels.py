@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltrepro.replication.drawing import panels, style
-from beltrepro.stats import replicates, sections
+from beltrepro.stats import sections
 
 # Runs at a point lie on one branch if the largest value is at most this multiple of the least: the
 # branches of r differ by factors of three and more.
@@ -16,7 +16,7 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
     apart : largest ratio of the values of one branch; infinite for what always has a mean, 0 for
     what never has.
     """
-    spread = replicates.spread(abscissa, values, share=1.0)
+    spread = sections.spread(abscissa, values, share=1.0)
     if not spread.place.size:
         return
     look = style.line_style(index) | {"markersize": 2.6, "markeredgewidth": 0.3} | changes

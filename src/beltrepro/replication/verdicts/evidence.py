@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError, require
-from beltrepro.stats import branches, intermittency, sections, states
+from beltrepro.stats import intermittency, sections, states, transition
 from beltrepro.stats.estimates import Estimate
 
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
@@ -57,9 +57,9 @@ class Cut:
 
     @cached_property
     def fall(self) -> dict[str, Estimate]:
-        """The fall of r along u, outliers left out (`branches.fall`)."""
+        """The fall of r along u, outliers left out (`transition.fall`)."""
         kept = ~self.outliers
-        return branches.fall(self.belt_velocity[kept], self.disorder[kept])
+        return transition.fall(self.belt_velocity[kept], self.disorder[kept])
 
     @cached_property
     def outliers(self) -> np.ndarray:

@@ -6,7 +6,7 @@ from beltrepro.replication.drawing import marks, panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
-from beltrepro.stats.fits import PowerLawFit
+from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
 FIGURE = Figure(uses=("u1",), number="8", shows={"spectrum-exponent": ("exponent",)})

@@ -7,9 +7,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from beltrepro.base.errors import require
-from beltrepro.stats import estimates, scale_free, spectra
+from beltrepro.stats import estimates, power_law, spectra
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.fits import PowerLawFit, fit_log_log
+from beltrepro.stats.power_law import PowerLawFit, fit_log_log
 from beltrepro.stats.spectra import FIT_BAND
 
 MINIMUM_COUNT = 10
@@ -314,15 +314,15 @@ def scale_free_fit(sample: Sample, *, search: bool = False) -> ScaleFree:
     above = sample.values >= most_probable(sample.values)
     values, chain = (column[above] for column in sample)
     shares = np.linspace(0, 0.9, STARTS_TRIED) if search else [0.0]
-    worth = scale_free.independent_values(np.log(values), chain)
-    fit = scale_free.goodness_of_fit(values, np.quantile(values, shares), independent=worth)
+    worth = power_law.independent_values(np.log(values), chain)
+    fit = power_law.goodness_of_fit(values, np.quantile(values, shares), independent=worth)
     low, high = fit.law.low, fit.law.high
     logs = np.where(values >= low, np.log(values), np.nan)
     sums = [(np.isfinite(part).sum(), np.nansum(part)) for part in Sample(logs, chain).by_chain()]
 
     def exponent(drawn):
         count, total = drawn.sum(axis=0)
-        return scale_free.fit_law(total / count, low, high).exponent
+        return power_law.fit_law(total / count, low, high).exponent
 
     return ScaleFree(fit.p, estimates.bootstrap(exponent, [np.array(sums)]), low, high, len(sums))
 

@@ -21,7 +21,7 @@ TABLES = {
 # Columns behind those of the point, of a table without rows too.
 _LIFETIME = (
     *("runs", "settled", "share", "share_lower", "share_upper", "start", "horizon", "counted"),
-    *("ended", "lifetime", "lifetime_lower", "lifetime_upper", "exponential_p", "shape", "shape_p"),
+    *("ended", "lifetime", "lifetime_lower", "lifetime_upper", "shape", "shape_p"),
     *("exponent", "exponent_error", "exponent_runs", "verdict"),
     *("attractor", "attractor_period", "attractor_events", "attractor_share"),
 )
@@ -116,7 +116,7 @@ def _lasting(runs, horizon) -> dict:
 
 
 def _lifetime(lifetime, settled, span) -> dict:
-    """Mean lifetime and tests; empty where too few runs carry them."""
+    """Mean lifetime and test; empty where too few runs carry them."""
     row: dict = {"counted": 0, "ended": 0}
     try:
         mean = survival.mean_lifetime(lifetime, settled, **span)
@@ -124,7 +124,6 @@ def _lifetime(lifetime, settled, span) -> dict:
         row |= {"lifetime_lower": mean.lower, "lifetime_upper": mean.upper}
         test = survival.weibull_test(lifetime, settled, **span)
         row |= {"shape": test.shape, "shape_p": test.p}
-        row["exponential_p"] = survival.exponential_test(lifetime, settled, **span)
     except NotEnoughDataError:
         pass
     return row

@@ -5,8 +5,7 @@ from matplotlib.patches import Patch
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.stats import motion, survival
-from beltrepro.stats.transitions import running_median
+from beltrepro.stats import motion, sections, survival
 
 FIGURE = Figure(uses=("motion_map", "mean_lifetimes"), category="Further studies")
 
@@ -118,8 +117,8 @@ def _draw_exponents(axes, points):
         chosen = points["n_blocks"] == size
         velocity, value = (points[name][chosen] for name in ("belt_velocity", "largest_exponent"))
         axes.plot(velocity, value, ".", color=colour, markersize=4, alpha=0.6, markeredgewidth=0)
-        places, medians = running_median(velocity, value, 0.0)
-        axes.plot(places, medians, color=colour, linewidth=1.4, label=f"{size}")
+        spread = sections.spread(velocity, value)
+        axes.plot(spread.place, spread.median, color=colour, linewidth=1.4, label=f"{size}")
     axes.legend(
         title="$N$", reverse=True, loc="upper left", bbox_to_anchor=(1.0, 1.03), handlelength=1.0
     )

@@ -6,7 +6,7 @@ from matplotlib.colors import LogNorm
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import intermittency, replicates, sections
+from beltrepro.stats import intermittency, sections
 
 FIGURE = Figure(uses=("n5_rows",), number="17")
 
@@ -59,7 +59,7 @@ def draw(data):
 def _marks(axes, row, span):
     """At the foot of each u: whether the last block slips on, or both motions take turns."""
     low, high = intermittency.LAMINAR_SHARE
-    share = replicates.spread(row["belt_velocity"], row["laminar_fraction"])
+    share = sections.spread(row["belt_velocity"], row["laminar_fraction"])
     foot = span[0] - FOOT / 2 * (span[1] - span[0])
     for chosen, colour in (
         (share.mean > high, style.BLUE),

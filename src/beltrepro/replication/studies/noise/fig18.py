@@ -6,7 +6,7 @@ from matplotlib.colors import BoundaryNorm
 from beltrepro.replication.drawing import panels, replicate_panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
-from beltrepro.stats import intermittency, replicates, sections
+from beltrepro.stats import intermittency, sections
 
 FIGURE = Figure(uses=("n5_map", "n5_replicates"), number="18")
 
@@ -73,7 +73,7 @@ def _shares(axes, scan):
         row = sections.rows(scan, n_blocks=5, noise=noise)
         share = row["belt_velocity"], row["laminar_fraction"]
         label = rf"$\sigma = {noise:g}$"
-        spread = replicates.spread(*share, share=1.0)
+        spread = sections.spread(*share, share=1.0)
         # runs that keep to one of both motions have a mean, but no motion has it
         agree = np.all(spread.high - spread.low <= _ONE_MOTION)
         look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}

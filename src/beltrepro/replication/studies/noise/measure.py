@@ -7,14 +7,14 @@ import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.verdicts.evidence import Cut
-from beltrepro.stats import sections, transitions
+from beltrepro.stats import sections, transition
 from beltrepro.stats.estimates import Estimate, bootstrap, exponential, mean, share_of
 
 
 def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
     """The rise of r along sigma at levels with noise: those without are a set apart."""
     noisy = noise > 0
-    return transitions.rise(noise[noisy], disorder[noisy])
+    return transition.rise(noise[noisy], disorder[noisy])
 
 
 def velocity_density(

@@ -8,11 +8,11 @@ import scipy
 from beltrepro.base.errors import require
 from beltrepro.replication.studies.chaos.runs_of_motion import motions
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.stats import estimates, transitions
+from beltrepro.stats import estimates, transition
 from beltrepro.stats import intermittency as laminar
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
-from beltrepro.stats.transitions import LEAST_RUNS
+from beltrepro.stats.transition import LEAST_RUNS
 
 LAST_PART = 0.1  # of the time after the transient, in which motion that lasts still sticks
 MINIMUM_VELOCITIES = 4
@@ -76,7 +76,7 @@ def contrast(belt_velocity, disorder):
 
 
 def _best_fall(runs):
-    return float(np.nan_to_num(transitions.find_fall(*runs.T, rounds=0).contrast, nan=1.0))
+    return float(np.nan_to_num(transition.contrast_of_step(*runs.T), nan=1.0))
 
 
 def below_transition(evidence):
@@ -115,8 +115,8 @@ def rise(column):
 
 def _log_contrast(levels, *groups):
     noise = np.repeat(levels, [len(group) for group in groups])
-    plateaus = transitions.find_rise(noise, np.concatenate(groups))
-    return float(np.log(np.nan_to_num(plateaus.contrast, nan=1.0)))
+    contrast = transition.find_rise(noise, np.concatenate(groups))["contrast"]
+    return float(np.log(np.nan_to_num(contrast, nan=1.0)))
 
 
 def effect_on_r(low, high, quiet, noisy):

@@ -145,7 +145,6 @@ def u_critical(evidence):
     cuts = {
         name: partial(evidence.replicates, N_BLOCKS, 0.0, scan=scan) for name, scan in RUNS.items()
     }
-    cuts["one run at each u"] = partial(evidence.row, N_BLOCKS, 0.0, scan="n5_rows")
     readings = {name: partial(reading, cut) for name, cut in cuts.items()}
     return readings | {EXACT: from_other_starts_too}
 

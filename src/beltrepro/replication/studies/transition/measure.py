@@ -8,7 +8,7 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.transitions import QUANTITIES
+from beltrepro.stats.transition import QUANTITIES
 
 TABLES = {
     "critical_velocities": Table(

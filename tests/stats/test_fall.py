@@ -1,4 +1,4 @@
-"""The model of branches: by hand, and whether its intervals cover made-up falls of many kinds."""
+"""Falls of r: by hand, and whether its intervals cover made-up falls of many kinds."""
 
 import itertools
 
@@ -7,8 +7,8 @@ import pytest
 from scipy.special import expit
 
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.stats import branches, estimates, transitions
-from beltrepro.stats.branches import fall
+from beltrepro.stats import estimates, transition
+from beltrepro.stats.transition import fall
 
 RNG = np.random.default_rng
 # Those of n5_replicates and, of ten blocks, size_replicates.
@@ -41,7 +41,7 @@ def clustered(among, stray=0.0):
 
 
 def mixed(share, u, rng):
-    """Every run lies between the branches."""
+    """Every run lies between the transition."""
     return rng.beta(4 * share + 1e-9, 4 * (1 - share) + 1e-9)
 
 
@@ -86,11 +86,7 @@ def coverage(names):
     places, truths, inside, errors = [], [], [], []
     for seed, name in enumerate(names):
         u, r, critical = made(RNG(seed), **STUDIES[name])
-        fit = branches._fit(branches.Row.of(u, r))
-        numbers = {
-            key: branches._open_ends(key, branches._of_draws(values, 8), fit)
-            for key, values in branches._quantities(fit).items()
-        }
+        numbers = transition._fit(transition.Row.of(u, r)).numbers(8)
         width = PER_WIDTH * STUDIES[name]["w"]
         inside.append([covers(numbers["critical"], critical), covers(numbers["width"], width)])
         places.append(numbers["critical"])
@@ -197,13 +193,17 @@ def test_without_a_fall_only_the_plateaus_are_known(monkeypatch):
     assert np.isnan([alike[name].value for name in ("critical", "lower", "width")]).all()
     weak = by_hand((FIVE < 17.2).astype(float))[1] + 0.2  # by a factor of 1.57
     assert fall(u, weak)["critical"].value == pytest.approx(17.25, abs=0.1)
-    monkeypatch.setattr(branches, "MINIMUM_CONTRAST", 1.6)
+    monkeypatch.setattr(transition, "MINIMUM_CONTRAST", 1.6)
     refused = fall(u, weak)
     assert np.isnan(refused["critical"].value) and refused["critical"].runs == 8
     assert refused["contrast"].value == pytest.approx(0.33 / 0.21)
     assert np.isnan(fall(u, u)["contrast"].value)  # r rises
-    with pytest.raises(NotEnoughDataError, match="7 points along the curve, 8 are needed"):
-        fall(u[:56], u[:56])
+    for few, message in (
+        (u[:56], "7 points along the curve, 8 are"),
+        (FIVE, "one run at each point"),
+    ):
+        with pytest.raises(NotEnoughDataError, match=message):
+            fall(few, few)
 
 
 @pytest.mark.parametrize("scatter", [0.02, 0.1, 0.3])
@@ -216,13 +216,6 @@ def test_flat_rows_have_no_fall(scatter):
     assert sum(results) <= 1
 
 
-def test_single_runs_go_to_the_running_median():
-    r = np.where(FIVE < 17.2, 0.13, 0.01)
-    assert fall(FIVE, r) == transitions.fall(FIVE, r)
-    absent = fall(FIVE, np.where(FIVE < 17.2, 0.13, 0.07))["critical"]
-    assert absent.runs == 1 and np.isnan(absent.value)
-
-
 def test_order_and_missing_values_do_not_matter():
     u, r, _ = made(RNG(5), **STUDIES["two branches, wide"])
     order = RNG(6).permutation(u.size + 2)
@@ -231,29 +224,15 @@ def test_order_and_missing_values_do_not_matter():
         assert again[name].numbers == pytest.approx(estimate.numbers), name
 
 
-def test_runs_are_drawn_anew_at_each_place_by_itself(monkeypatch):
-    """Medians of unequal places, 4, 7 and 5 runs, against a plain loop."""
-    monkeypatch.setattr(estimates, "RESAMPLES", 7)
-    place, rng = np.repeat([1.0, 2, 3], [4, 7, 5]), RNG(3)
-    r, numbers = rng.random(16), RNG(0).random((7, 16))
-    expected = [
-        np.median(
-            [r[place == at][int(k * np.sum(place == at))] for k, at in zip(row, place, strict=True)]
-        )
-        for row in numbers
-    ]
-    assert branches._median_resamples(r, place, RNG(0)).tolist() == expected
-
-
 def test_phi_is_one_of_tosses_and_that_of_runs_alike_at_its_least():
-    tosses = branches.Row.of(np.repeat([1.0, 2, 3], [4, 8, 5]), np.zeros(17))
-    assert branches._phi(tosses, np.array([0, 1] * 8 + [1.0])) == pytest.approx(1)
-    assert branches._phi(tosses, np.full(17, 0.5)) == branches.LEAST_PHI
-    assert branches._phi(tosses, np.ones(17)) == 1  # none tell
+    tosses = transition.Row.of(np.repeat([1.0, 2, 3], [4, 8, 5]), np.zeros(17))
+    assert transition._phi(tosses, np.array([0, 1] * 8 + [1.0])) == pytest.approx(1)
+    assert transition._phi(tosses, np.full(17, 0.5)) == transition.LEAST_PHI
+    assert transition._phi(tosses, np.ones(17)) == 1  # none tell
     third = np.array([0.5] * 4 + [0.2, 0.8] * 4 + [0.5] * 5)
     # places of 4, 8 and 5 runs: 8 * s^2 over 4/4 + 8/4 + 5/4 and s^2, with s^2 = 0.72 / 7
     by_hand = (0.25 + 8 * 0.72 / 7) / (0.25 + 17 / 4 + 0.72 / 7)
-    assert branches._phi(tosses, third) == pytest.approx(max(by_hand, branches.LEAST_PHI))
+    assert transition._phi(tosses, third) == pytest.approx(max(by_hand, transition.LEAST_PHI))
 
 
 def test_one_run_left_at_a_place_does_not_make_it_a_row_of_single_runs():

@@ -1,7 +1,7 @@
-"""The fall of r as a passage between two branches, from several runs at each belt velocity.
+"""Where r falls with u, and where it rises with noise (Figs. 12 to 15, 19 and 21).
 
-Near the transition a run ends on a branch of high or of low r; noise lets long runs change between
-them. Where each run lies between the branches, y in 0..1, falls with u as
+Near the fall a run ends on a branch of high or of low r; noise lets long runs change between them.
+Where each run lies between the branches, y in 0..1, falls with u as
 
     E[y] = s_low + (1 - s_low - s_high) / (1 + exp((u - u_c) / w)),
 
@@ -16,16 +16,18 @@ no end where all runs change branch between two neighbouring u.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
 from beltrepro.base.errors import require
-from beltrepro.stats import estimates, transitions
+from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
 
+QUANTITIES = ("critical", "lower", "upper", "width", "r_high", "r_low", "contrast")
+MINIMUM_POINTS = 8
 # What the lower end of the contrast must reach: a flat row, parted where that looks best, has less.
 MINIMUM_CONTRAST = 1.1
 ROUNDS = 4  # how often the plateaus are read off anew, beside the fall that was found
@@ -34,7 +36,7 @@ PLATEAU = 4  # places that each plateau should have, and the least that it has i
 EDGE = np.log(9)
 CELLS = 4  # of u_c in each gap of the grid
 WIDTHS = 14
-# Weak priors, chosen by the coverage of the intervals (tests/stats/test_branches.py).
+# Weak priors, chosen by the coverage of the intervals (tests/stats/test_fall.py).
 STRAY = np.array([0.003, 0.06, 0.25])
 STRAY_WEIGHT = np.array([0.4, 0.25, 0.35])
 AMONG = np.array([0.0, 0.08, 0.3, 0.7])
@@ -44,6 +46,15 @@ LEAST_PHI = 0.25
 DROPPED = 8.0  # in log likelihood below the best: such cells are left out
 DRAWS = 2000
 AS_LIKELY = np.exp(-1.92)  # of the best: what a 95 % interval holds
+
+MINIMUM_RISE = 1.3
+LEAST_RUNS = 4  # at each noise
+# How far a number may be off by the grid alone, in spacings: a jump between two points has its
+# edges anywhere between them.
+ON_THE_GRID = {"critical": 1.0, "lower": 2.0, "upper": 2.0, "width": 2.0}
+
+
+# --- falls ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -59,7 +70,7 @@ class Row:
     @classmethod
     def of(cls, belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> Row:
         """The finite runs of a row."""
-        u, r = transitions.in_order(belt_velocity, disorder)
+        u, r = _in_order(belt_velocity, disorder)
         return cls(u, r[np.lexsort((r, u))], *np.unique(u, return_index=True, return_counts=True))
 
     @property
@@ -86,68 +97,50 @@ class Fit:
     may_jump: bool  # a fall sharper than the grid is as good
     may_go_on: bool  # a fall wider than the row is as good
 
-
-# --- estimates ------------------------------------------------------------------------------------
+    def numbers(self, runs: int) -> dict[str, Estimate]:
+        """Medians and intervals of what was drawn."""
+        reach = EDGE * self.scale
+        draws = {"critical": self.critical, "lower": self.critical - reach}
+        draws |= {"upper": self.critical + reach, "width": 2 * reach, "dispersion": self.dispersion}
+        tail = (1 - estimates.CONFIDENCE) / 2
+        numbers = {}
+        for name, values in draws.items():
+            value, low, high = np.quantile(values, [0.5, tail, 1 - tail]).tolist()
+            numbers[name] = Estimate(value, low, high, runs)
+        if self.may_jump:
+            numbers["width"] = replace(numbers["width"], low=0.0)
+        if self.may_go_on:
+            numbers |= {name: replace(numbers[name], high=np.inf) for name in ("width", "upper")}
+        return numbers
 
 
 def fall(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
-    """The fall of r along u: `transitions.QUANTITIES`, and the over-dispersion.
+    """The fall of r along u, from several runs at each: `QUANTITIES`, and the over-dispersion.
 
     critical is u_c; lower, upper and width are those of the fall from 90 % to 10 %. Where runs
     cannot tell the end of the fall, upper and width have no upper end. There is no fall, and
-    plateaus and contrast alone are known, if the contrast may lie below MINIMUM_CONTRAST. Of one
-    run at each u: `transitions.fall`.
+    plateaus and contrast alone are known, if the contrast may lie below MINIMUM_CONTRAST.
     """
     row = Row.of(belt_velocity, disorder)
-    if row.count.max(initial=0) == 1:
-        return transitions.fall(row.u, row.r)
-    fit, runs = _fit(row), row.runs
-    nothing = dict.fromkeys((*transitions.QUANTITIES, "dispersion"), estimates.absent(runs))
+    _require_points(row.places, MINIMUM_POINTS)
+    require(row.count.max() > 1, "one run at each point, 2 are needed")
+    fit = _fit(row)
+    nothing = dict.fromkeys((*QUANTITIES, "dispersion"), estimates.absent(row.runs))
     if fit is None:
         return nothing
-    numbers = _plateau_estimates(row, fit.on_high, fit.on_low)
+    plateaus = _plateau_estimates(row, fit.on_high, fit.on_low)
     # Of all runs: those above the middle are larger than those below in a flat row, too.
     if not _plateau_estimates(row, fit.before, fit.after)["contrast"].low >= MINIMUM_CONTRAST:
-        return nothing | numbers
-    quantities = {name: _of_draws(draws, runs) for name, draws in _quantities(fit).items()}
-    return {
-        name: _open_ends(name, quantity, fit) for name, quantity in quantities.items()
-    } | numbers
-
-
-def _quantities(fit: Fit) -> dict[str, np.ndarray]:
-    reach = EDGE * fit.scale
-    return {
-        "critical": fit.critical,
-        "lower": fit.critical - reach,
-        "upper": fit.critical + reach,
-        "width": 2 * reach,
-        "dispersion": fit.dispersion,
-    }
-
-
-def _of_draws(draws: np.ndarray, runs: int) -> Estimate:
-    tail = (1 - estimates.CONFIDENCE) / 2
-    value, low, high = map(float, np.quantile(draws, [0.5, tail, 1 - tail]))
-    return Estimate(value, low, high, runs)
-
-
-def _open_ends(name: str, estimate: Estimate, fit: Fit) -> Estimate:
-    low = 0.0 if name == "width" and fit.may_jump else estimate.low
-    high = np.inf if name in ("width", "upper") and fit.may_go_on else estimate.high
-    return Estimate(estimate.value, low, high, estimate.runs)
+        return nothing | plateaus
+    return fit.numbers(row.runs) | plateaus
 
 
 def _plateau_estimates(row: Row, high: np.ndarray, low: np.ndarray) -> dict[str, Estimate]:
     """Medians of two masks of runs and their ratio; runs are drawn anew at each place by itself."""
     rng = np.random.default_rng(0)
-    samples = {
-        name: _median_resamples(row.r[mask], row.u[mask], rng)
-        for name, mask in (("r_high", high), ("r_low", low))
-    }
-    values = {
-        name: float(np.median(row.r[mask])) for name, mask in (("r_high", high), ("r_low", low))
-    }
+    sides = {"r_high": (row.u[high], row.r[high]), "r_low": (row.u[low], row.r[low])}
+    samples = {name: np.median(r[_redrawn(u, rng)], axis=1) for name, (u, r) in sides.items()}
+    values = {name: float(np.median(r)) for name, (_, r) in sides.items()}
     samples["contrast"] = samples["r_high"] / samples["r_low"]
     values["contrast"] = values["r_high"] / values["r_low"]
     return {
@@ -156,14 +149,11 @@ def _plateau_estimates(row: Row, high: np.ndarray, low: np.ndarray) -> dict[str,
     }
 
 
-def _median_resamples(r: np.ndarray, place: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def _redrawn(place: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Indices (RESAMPLES, R) of runs in order of their place, drawn anew at each by itself."""
     _, first, count = np.unique(place, return_index=True, return_counts=True)
     begin, size = np.repeat(first, count), np.repeat(count, count)
-    drawn = begin + (rng.random((estimates.RESAMPLES, r.size)) * size).astype(int)
-    return np.median(r[drawn], axis=1)
-
-
-# --- the fit --------------------------------------------------------------------------------------
+    return begin + (rng.random((estimates.RESAMPLES, place.size)) * size).astype(int)
 
 
 def _fit(row: Row) -> Fit | None:
@@ -171,11 +161,7 @@ def _fit(row: Row) -> Fit | None:
 
     None where r falls nowhere.
     """
-    least = transitions.MINIMUM_POINTS
-    require(
-        row.places.size >= least, f"{row.places.size} points along the curve, {least} are needed"
-    )
-    step = transitions.step(row.u, row.r, falling=True)
+    step = best_step(row.u, row.r, falling=True)
     if not np.isfinite(step):
         return None
     near = far = (step, step)
@@ -193,23 +179,15 @@ def _fit(row: Row) -> Fit | None:
         position = (row.r - r_low) / (r_high - r_low)
         phi = _phi(row, position.clip(0, 1))
         posterior = _posterior(row.places, row.mean(position).clip(0, 1), row.count, phi)
-        draws = posterior.draw()
-        critical, reach = np.median(draws[0]), EDGE * np.median(draws[1])
-        near = critical - reach, critical + reach
+        critical, scale, among = posterior.draw()
+        centre, reach = np.median(critical), EDGE * np.median(scale)
+        near = centre - reach, centre + reach
         # Beside the edges themselves plateaus hold 10 % of a gradual fall, which looks the sharper.
-        far = critical - 2 * reach, critical + 2 * reach
-    critical, scale, among = draws
-    return Fit(
-        critical,
-        scale,
-        phi + np.median(row.count) * among,
-        before,
-        after,
-        on_high,
-        on_low,
-        bool(posterior.of_scale[0] > AS_LIKELY * posterior.of_scale.max()),
-        bool(posterior.of_scale[-1] > AS_LIKELY * posterior.of_scale.max()),
-    )
+        far = centre - 2 * reach, centre + 2 * reach
+    likely = posterior.of_scale > AS_LIKELY * posterior.of_scale.max()
+    dispersion = phi + np.median(row.count) * among
+    ends = bool(likely[0]), bool(likely[-1])
+    return Fit(critical, scale, dispersion, before, after, on_high, on_low, *ends)
 
 
 def _beside(
@@ -318,3 +296,135 @@ def _weight_of_dispersion(expected: np.ndarray, mean: np.ndarray, weight: np.nda
     fit = -0.5 * np.sum(tells * (residual - free * np.log(weight)), axis=1)
     weights = np.exp(fit - fit.max()) * AMONG_WEIGHT
     return weights / weights.sum()
+
+
+# --- rises ----------------------------------------------------------------------------------------
+
+
+def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
+    """The rise of r along sigma, of one run or several at each noise.
+
+    Runs are drawn anew at each place by itself, since those of two places are independent.
+    """
+    noise, disorder = _in_order(noise, disorder)
+    best = find_rise(noise, disorder)
+    places, count = np.unique(noise, return_counts=True)
+    if count.max() == 1:
+        return {
+            name: estimates.single(value) if np.isfinite(value) else estimates.absent(1)
+            for name, value in best.items()
+        }
+    least = int(count.min())
+    require(least >= LEAST_RUNS, f"{least} runs at a point, {LEAST_RUNS} are needed")
+    redrawn = _redrawn(noise, np.random.default_rng(0))
+    samples = [find_rise(noise, disorder[drawn]) for drawn in redrawn]
+    spacing = _spacing(places, best)
+    return {
+        name: estimates.from_resamples(
+            value,
+            np.array([sample[name] for sample in samples]),
+            least,
+            grid_spacing=ON_THE_GRID.get(name, 0.0) * spacing,
+        )
+        for name, value in best.items()
+    }
+
+
+def find_rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, float]:
+    """Where r(sigma) at fixed u rises from a low to a high plateau: `QUANTITIES`.
+
+    Criterion. (1) A step with two levels is fitted by least absolute deviations; the levels r_low
+    and r_high are the medians on its two sides. (2) critical is where the isotonic regression of
+    r(sigma) (the monotone curve of least squares) passes half way, lower and upper where it passes
+    10 % and 90 % of the rise (linear between grid points). There is no transition, and all but the
+    levels NaN, when r_high < MINIMUM_RISE * r_low.
+    """
+    noise, disorder = _in_order(noise, disorder)
+    places, place = np.unique(noise, return_inverse=True)
+    _require_points(places, 5)
+    middle = best_step(noise, disorder, falling=False)
+    numbers = dict.fromkeys(QUANTITIES, np.nan)
+    if not np.isfinite(middle):
+        return numbers
+    r_low, r_high = np.median(disorder[noise < middle]), np.median(disorder[noise > middle])
+    numbers |= {"r_high": float(r_high), "r_low": float(r_low), "contrast": float(r_high / r_low)}
+    if not r_high >= MINIMUM_RISE * r_low:
+        return numbers
+    count = np.bincount(place)
+    means = np.bincount(place, disorder) / count
+    curve = scipy.optimize.isotonic_regression(means, weights=count).x
+    share = (curve - r_low) / (r_high - r_low)
+    lower, critical, upper = (_first_passage(places, share, level) for level in (0.1, 0.5, 0.9))
+    return numbers | {"critical": critical, "lower": lower, "upper": upper, "width": upper - lower}
+
+
+def _first_passage(places: np.ndarray, share: np.ndarray, level: float) -> float:
+    """Where a rising curve first reaches a level; its end if it does not."""
+    index = int(np.argmax(share >= level))
+    if share[index] < level:
+        return float(places[-1])
+    if index == 0:
+        return float(places[0])
+    part = (share[index - 1] - level) / (share[index - 1] - share[index])
+    return float(places[index - 1] + np.clip(part, 0, 1) * (places[index] - places[index - 1]))
+
+
+def _spacing(places: np.ndarray, transition: dict[str, float]) -> float:
+    """Median distance of the points in and next to the transition."""
+    if not np.isfinite(transition["critical"]):
+        return 0.0
+    first = max(int(np.searchsorted(places, transition["lower"])) - 1, 0)
+    last = int(np.searchsorted(places, transition["upper"], side="right")) + 1
+    return float(np.median(np.diff(places[first:last])))
+
+
+# --- steps ----------------------------------------------------------------------------------------
+
+
+def contrast_of_step(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> float:
+    """High over low level of r(u) beside its best falling step; NaN if r falls nowhere.
+
+    The levels are medians between half the position of the step and it, and up to twice it.
+    """
+    u, r = _in_order(belt_velocity, disorder)
+    _require_points(np.unique(u), MINIMUM_POINTS)
+    place = best_step(u, r, falling=True)
+    if not np.isfinite(place):
+        return np.nan
+    before, after = (u <= place) & (u >= place / 2), (u >= place) & (u <= 2 * place)
+    if not before.any() or not after.any():
+        return np.nan
+    return float(np.median(r[before]) / np.median(r[after]))
+
+
+def best_step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
+    """Position of the two-level step of least absolute deviations, midway between points."""
+    places = np.unique(abscissa)
+    positions = (places[1:] + places[:-1]) / 2
+    before = abscissa < positions[:, np.newaxis]
+    first, last = _medians(ordinate, before), _medians(ordinate, ~before)
+    levels = np.where(before, first[:, np.newaxis], last[:, np.newaxis])
+    cost = np.abs(ordinate - levels).sum(axis=1)
+    cost[(first > last) != falling] = np.inf
+    if not np.isfinite(cost.min()):
+        return np.nan
+    as_good = cost <= cost.min() * (1 + 1e-9)  # a tie is not left to the rounding of the sums
+    return float(positions[np.argmax(as_good)])
+
+
+def _medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Median of the values that each row of the mask (M, P) chooses, at least one."""
+    in_order = np.sort(np.where(chosen, values, np.inf), axis=1)
+    row, count = np.arange(len(chosen)), np.count_nonzero(chosen, axis=1)
+    return (in_order[row, (count - 1) // 2] + in_order[row, count // 2]) / 2
+
+
+def _in_order(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
+    finite = np.isfinite(abscissa) & np.isfinite(ordinate)
+    order = np.argsort(abscissa[finite], kind="stable")
+    return abscissa[finite][order], ordinate[finite][order]
+
+
+def _require_points(places: np.ndarray, minimum: int) -> None:
+    require(places.size >= minimum, f"{places.size} points along the curve, {minimum} are needed")

@@ -1,10 +1,9 @@
-"""Whether values are scale-free: power laws with ends, and tests of them (Fig. 9).
+"""Power laws: with ends by maximum likelihood and their tests (Fig. 9), and as straight lines.
 
-Fits are by maximum likelihood, which needs the mean of ln x only.
+Fits by maximum likelihood need the mean of ln x only.
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +12,7 @@ import scipy
 from beltrepro.base.errors import require
 
 LEAST_VALUES = 50
-_NODES = 200  # of the integral over a law
+_ONE_END = 1e-6  # share of ln(high / low) by which the mean of ln x must be off both ends
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Fit:
+class NearestLaw:
     """How well a power law fits."""
 
     law: Law  # the power law that comes nearest
@@ -35,26 +34,29 @@ class Fit:
 
 
 def fit_law(mean_log: float, low: float, high: float) -> Law:
-    """Power law of maximum likelihood for values with this mean of ln x."""
+    """Power law of maximum likelihood for values with this mean of ln x.
+
+    Where ln x is 0 at one end and 1 at the other, its density grows exponentially at a rate of
+    (exponent + 1) * ln(high / low). The likelihood is largest where the mean is that of the values.
+    """
     require(0 < low < high, f"values from {low:.3g} to {high:.3g} span no range")
-    nodes, weights = _integral(low, high)
-    logs = np.log(nodes)
-    centre, scale = logs.mean(), logs.std()
-    terms, wanted = (logs - centre) / scale, (mean_log - centre) / scale
+    length = np.log(high / low)
+    place = (mean_log - np.log(low)) / length
+    nearer = max(place, 1 - place)  # seen from the end at which the density is larger
+    require(nearer < 1 - _ONE_END, "all values lie at one end of the range")
+    # 1 / (1 - nearer) is too fast: the mean is 1 - 1 / rate, and more
+    rate = scipy.optimize.brentq(
+        lambda rate: _mean_place(rate) - nearer, 0.0, 1 / (1 - nearer), xtol=1e-15
+    )
+    rate = rate if place > 0.5 else -rate
+    return Law(float(rate / length) - 1, float(low), float(high))
 
-    def slope(factors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Minus the slope of the log-likelihood of a value, and the slope of that."""
-        log = factors[0] * terms
-        share = weights * np.exp(log - log.max())
-        share /= share.sum()
-        mean = terms @ share
-        return np.array([mean - wanted]), np.array([[(terms * share) @ terms - mean**2]])
 
-    at_one_end = "all values lie at one end of the range"
-    require(bool(np.log(low) < mean_log < np.log(high)), at_one_end)
-    best = scipy.optimize.root(slope, np.zeros(1), jac=True)
-    require(best.success, at_one_end)
-    return Law(float(best.x[0] / scale), float(low), float(high))
+def _mean_place(rate: float) -> float:
+    """Mean of a density on 0..1 that grows exponentially at a rate of 0 or more."""
+    if rate < 0.03:  # where the two terms cancel, their series
+        return 0.5 + rate / 12 - rate**3 / 720 + rate**5 / 30240
+    return float(-1 / np.expm1(-rate) - 1 / rate)
 
 
 def independent_values(values: np.ndarray, chain: np.ndarray) -> float:
@@ -77,7 +79,7 @@ def goodness_of_fit(
     *,
     independent: float | None = None,
     samples: int = 200,
-) -> Fit:
+) -> NearestLaw:
     """Power law that comes nearest to values, from one of some lower ends up to the largest value.
 
     The p-value is that of A. Clauset, C. R. Shalizi and M. E. J. Newman, SIAM Review 51, 661
@@ -102,7 +104,7 @@ def goodness_of_fit(
         drawn = _draw(law, rng.random(size - count))
         made = np.r_[np.sort(rng.choice(below, count)), np.sort(drawn)] if count else np.sort(drawn)
         further += _nearest(made, lows, high)[1] >= distance
-    return Fit(law, distance, further / samples)
+    return NearestLaw(law, distance, further / samples)
 
 
 def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
@@ -135,14 +137,50 @@ def _draw(law: Law, shares: np.ndarray) -> np.ndarray:
     return law.low * np.exp(np.log1p(shares * np.expm1(rate * length)) / rate)
 
 
-def _integral(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of an integral over x from low to high, evenly in ln x."""
-    nodes, weights = _legendre()
-    half = np.log(high / low) / 2
-    values = np.sqrt(low * high) * np.exp(half * nodes)
-    return values, weights * half * values
+# --- straight lines on doubly logarithmic axes ---------------------------------------------------
 
 
-@cache
-def _legendre() -> tuple[np.ndarray, np.ndarray]:
-    return np.polynomial.legendre.leggauss(_NODES)
+@dataclass(frozen=True)
+class PowerLawFit:
+    """y = prefactor * x**exponent, fitted for low <= x <= high."""
+
+    exponent: float  # exponent of the law
+    exponent_error: float  # one standard error of the exponent
+    prefactor: float  # value of the law at x = 1
+    low: float  # lower end of the range of the fit
+    high: float  # upper end of the range of the fit
+    sample_size: int = 0  # number of bins or values that were fitted
+
+    def __call__(self, abscissa: npt.ArrayLike) -> np.ndarray:
+        """Value of the fitted law at `abscissa` (any shape)."""
+        return self.prefactor * np.asarray(abscissa, dtype=float) ** self.exponent
+
+
+def fit_log_log(
+    abscissa: npt.ArrayLike,
+    ordinate: npt.ArrayLike,
+    *,
+    low: float,
+    high: float,
+    weight: npt.ArrayLike | None = None,
+) -> PowerLawFit:
+    """Least-squares line through (log x, log y) of the points with low <= x <= high and y > 0.
+
+    The error of the exponent is that of the slope, from the scatter about the line.
+    """
+    abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
+    weight = np.ones_like(abscissa) if weight is None else np.asarray(weight, dtype=float)
+    used = (abscissa >= low) & (abscissa <= high) & (abscissa > 0) & (ordinate > 0) & (weight > 0)
+    require(used.sum() >= 4, f"{used.sum()} points between {low:.3g} and {high:.3g}, 4 are needed")
+    logs, weight = np.log(abscissa[used]), weight[used]
+    coefficients, covariance = np.polyfit(
+        logs, np.log(ordinate[used]), 1, w=np.sqrt(weight), cov=True
+    )
+    return PowerLawFit(
+        exponent=float(coefficients[0]),
+        exponent_error=float(np.sqrt(covariance[0, 0])),
+        prefactor=float(np.exp(coefficients[1])),
+        low=float(low),
+        high=float(high),
+        sample_size=int(used.sum()),
+    )
