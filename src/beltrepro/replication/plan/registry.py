@@ -1,7 +1,7 @@
 """Which figures and tables the studies have, and what each says of itself, without importing any.
 
-A module that assigns `FIGURE = Figure(...)` draws the figure of its name. One that assigns
-`TABLES = {"name": Table(...)}` has a function of each name that makes the table. The arguments are
+A module that assigns `FIGURES = {"name": Figure(...)}` has a function of each name that draws the
+figure; `TABLES = {"name": Table(...)}` stands for functions that make tables. The arguments are
 literals, so they are read from its text: the workflow asks for them in every job and must not wait
 for pandas and matplotlib. Those that are words may stand in `words.yaml` beside the module instead.
 """
@@ -101,10 +101,7 @@ class Figure(_Entry):
 @functools.cache
 def figures(folder: Path = STUDIES) -> dict[str, Figure]:
     """All figures by name, those of the paper first, in its order; InputError for a wrong entry."""
-    entries = {
-        path.stem: _entry(path, "FIGURE", call, Figure, path.stem)
-        for path, call in _assigned(folder, "FIGURE")
-    }
+    entries = _entries(folder, "FIGURES", Figure)
     return dict(
         sorted(entries.items(), key=lambda item: (CATEGORIES.index(item[1].category), item[0]))
     )
@@ -113,16 +110,7 @@ def figures(folder: Path = STUDIES) -> dict[str, Figure]:
 @functools.cache
 def tables(folder: Path = STUDIES) -> dict[str, Table]:
     """All tables by name; InputError for a wrong entry."""
-    entries = {}
-    for path, value in _assigned(folder, "TABLES"):
-        if not isinstance(value, ast.Dict):
-            raise InputError(f'{_place(path)}: TABLES must be {{"name": Table(...)}}')
-        for key, call in zip(value.keys, value.values, strict=True):
-            name = ast.literal_eval(key) if isinstance(key, ast.Constant) else None
-            if not isinstance(name, str) or name in entries:
-                raise InputError(f"{_place(path)}: TABLES: {name!r} must be a name of its own")
-            entries[name] = _entry(path, f"TABLES[{name!r}]", call, Table, name)
-    return dict(sorted(entries.items()))
+    return dict(sorted(_entries(folder, "TABLES", Table).items()))
 
 
 def figures_with(claim: str, variant: str, estimate: str) -> list[str]:
@@ -156,14 +144,23 @@ def check_uses(entries: dict, inputs: Iterable[str], where: str) -> None:
                 raise InputError(f"{name} uses {used!r}, which {where} lacks{hint(used, inputs)}")
 
 
-def _assigned(folder: Path, label: str) -> list[tuple[Path, ast.expr]]:
-    """What modules assign to a name at their top, by module."""
-    return [
-        (path, node.value)
-        for path in sorted(folder.rglob("*.py"))
-        for node in ast.parse(path.read_text(encoding="utf-8"), str(path)).body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == label
-    ]
+def _entries(folder: Path, label: str, kind: type[E]) -> dict[str, E]:
+    """The entries of the dicts that modules assign to a name at their top."""
+    entries: dict[str, E] = {}
+    for path in sorted(folder.rglob("*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8"), str(path)).body:
+            if not isinstance(node, ast.Assign) or ast.unparse(node.targets[0]) != label:
+                continue
+            if not isinstance(node.value, ast.Dict):
+                raise InputError(
+                    f'{_place(path)}: {label} must be {{"name": {kind.__name__}(...)}}'
+                )
+            for key, call in zip(node.value.keys, node.value.values, strict=True):
+                name = ast.literal_eval(key) if isinstance(key, ast.Constant) else None
+                if not isinstance(name, str) or name in entries:
+                    raise InputError(f"{_place(path)}: {label}: {name!r} must be a name of its own")
+                entries[name] = _entry(path, f"{label}[{name!r}]", call, kind, name)
+    return entries
 
 
 def _entry(path: Path, label: str, call: ast.expr, kind: type[E], name: str) -> E:

@@ -215,5 +215,5 @@ class Workflow:
 
     def code_of_figure(self, wildcards: Any) -> str:
         """Code behind a figure: what draws and what saves it."""
-        draw = f"{self.figures[wildcards.figure].module}:draw"
+        draw = f"{self.figures[wildcards.figure].module}:{wildcards.figure}"
         return self.code("figure.py", draw, "beltrepro.replication.drawing.style:save")
