@@ -65,6 +65,8 @@ def refuse_unknown_targets():
 
 def begin():
     """Before the first job: take the folder of results, and let failed jobs here say it themselves."""
+    if 0 in (workflow.resource_settings.cores, workflow.resource_settings.nodes):
+        sys.exit("error: --cores or --jobs 0: must be at least 1, or no job ever begins")
     in_one_line(lock.take, FLOW.results)
     if workflow.local_exec:
         for handler in logger.handlers:

@@ -65,10 +65,8 @@ def _files(module: str) -> Iterator[Path]:
         named = re.findall(rf"'({PACKAGE}[.\w]+)'", _code(path))
         for folder in (path.parent, *(ROOT.parent.joinpath(*name.split(".")) for name in named)):
             for data in folder.rglob("*"):
-                hidden = any(
-                    part.startswith((".", "__")) for part in data.relative_to(folder).parts
-                )
-                if data.is_file() and not hidden and data.suffix not in _NO_DATA:
+                is_hidden = re.search(r"/(\.|__)", f"/{data.relative_to(folder).as_posix()}")
+                if data.is_file() and not is_hidden and data.suffix not in _NO_DATA:
                     yield data
 
 
@@ -77,7 +75,8 @@ def _code(path: Path) -> str:
     """The text of a file of Python without what changes no result."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
-        match node:
-            case ast.AST(body=[ast.Expr(value=ast.Constant(value=str())), *rest]):
-                node.body = rest or [ast.Pass()]
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            match node.body:
+                case [ast.Expr(value=ast.Constant(value=str())), *rest]:
+                    node.body = rest or [ast.Pass()]
     return ast.unparse(tree)

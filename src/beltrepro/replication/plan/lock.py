@@ -18,7 +18,7 @@ RUN = "BELTREPRO_RUN"  # environment of jobs: the process that they must not out
 
 
 def take(results: Path) -> None:
-    """Take a folder of results until this process ends, and remove what a kill left half written."""
+    """Take a folder of results until this process ends, and remove what kills left half written."""
     try:
         results.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(results / NAME, os.O_RDWR | os.O_CREAT, 0o644)  # never closed

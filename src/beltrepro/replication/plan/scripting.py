@@ -26,8 +26,14 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     progress.quiet_terminal()
     log = Path(snakemake.log[0])
     log.parent.mkdir(parents=True, exist_ok=True)
-    form = {"format": "%(asctime)s %(levelname)s %(message)s", "datefmt": "%H:%M:%S"}
-    logging.basicConfig(filename=log, filemode="w", level=logging.INFO, force=True, **form)
+    logging.basicConfig(
+        filename=log,
+        filemode="w",
+        format="%(asctime)s %(levelname)s %(message)s",
+        datefmt="%H:%M:%S",
+        level=logging.INFO,
+        force=True,
+    )
     logging.captureWarnings(True)
     try:
         main(snakemake)
