@@ -5,19 +5,16 @@
 #     snakemake --cores 2 fig12                      one figure, and the simulations it needs
 #     snakemake --list                               all targets, with a sentence each
 
+import re
+import sys
+from pathlib import Path
+
 from snakemake.utils import min_version
 
 min_version("9.12")
 
 
-configfile: "config.yaml"
-
-
 include: "workflow/rules/common.smk"
-
-
-localrules:
-    all,
 
 
 rule all:
@@ -25,13 +22,12 @@ rule all:
     default_target: True
     input:
         FLOW.everything(),
+    localrule: True
 
 
 include: "workflow/rules/datasets.smk"
 include: "workflow/rules/experiment.smk"
-include: "workflow/rules/tables.smk"
-include: "workflow/rules/figures.smk"
-include: "workflow/rules/report.smk"
+include: "workflow/rules/results.smk"
 
 
 refuse_unknown_targets()
@@ -41,6 +37,11 @@ onstart:
     begin()
 
 
-# Jobs go on after a failure: say once more, last, what was wrong.
+# Jobs go on after a failure: say once more, last, what each wrote of it in its log.
 onerror:
-    atexit.register(print, FAILURES.summary(log), file=sys.stderr)
+    said = Path(log[0]).read_text(encoding="utf-8", errors="replace")
+    for path in dict.fromkeys(re.findall(r"^ +log: ([^,\s]+).* \(check log", said, re.M)):
+        text = Path(path).read_text(encoding="utf-8") if Path(path).exists() else ""
+        words = re.search(r" ERROR (.+)", text)
+        silent = f"the job of {path} was killed without a word, perhaps for want of memory"
+        print(f"error: {words[1] if words else silent}", file=sys.stderr)

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.replication.camera.scene import lengths_of_blocks
-from beltrepro.replication.studies.experiment.recording_figure import draw_trace
+from beltrepro.replication.studies.experiment.figures import draw_trace
 
 RATE = 24.0
 

@@ -9,14 +9,14 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.camera.track import Track
 from beltrepro.replication.camera.video import write_video
 from beltrepro.replication.plan import inputs
-from beltrepro.replication.studies.experiment.films import (
+from beltrepro.replication.studies.experiment.measure import (
     TABLES,
     longest_slip_of_all_s,
     recordings,
     tracking_error,
 )
-from beltrepro.replication.studies.experiment.lines import lines, spacing
 from beltrepro.stats.intermittency import slips_of_all
+from beltrepro.stats.lines import lines, spacing
 
 RATE = recorded.RATE
 FULL = recorded.recordings()

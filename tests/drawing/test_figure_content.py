@@ -20,7 +20,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.model.units import LENGTH_M
 from beltrepro.replication.camera import recording
 from beltrepro.replication.drawing import motion_panels, style
-from beltrepro.replication.studies.laws import fig07
+from beltrepro.replication.studies.laws import figures as laws
 from beltrepro.stats import intermittency, spectra
 from figure_data import SCANS, SCATTER, U, dataset
 
@@ -125,7 +125,7 @@ def test_fig07_takes_another_block_where_the_last_does_not_slip():
 def test_fig07_takes_a_stretch_with_ten_samples(samples, enough, first):
     time = 0.5 * np.arange(60)
     end = time[first] + 0.5 * samples
-    assert fig07._sampled(time, time[first], end) == enough
+    assert laws._sampled(time, time[first], end) == enough
 
 
 # --- series ---------------------------------------------------------------------------------------

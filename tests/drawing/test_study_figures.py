@@ -13,7 +13,7 @@ from test_figure_content import is_density, shown
 import drawn
 import figure_data as made
 from beltrepro.replication.drawing import replicate_panels, style
-from beltrepro.replication.studies.chaos import motion_map
+from beltrepro.replication.studies.chaos import figures as chaos
 from beltrepro.replication.studies.chaos import words as chaos_words
 from beltrepro.stats import survival
 from figure_data import ENDS, dataset
@@ -143,12 +143,12 @@ def shares_are(panel, data, ways):
     for (line, size), (place, u) in itertools.product(enumerate(sizes), enumerate(ENDS)):
         here = ways[runs_at(data, belt_velocity=u, n_blocks=size)]
         for way, count in zip(*np.unique(here, return_counts=True), strict=True):
-            colour = to_rgba(motion_map._LOOKS[way][0])
+            colour = to_rgba(chaos._LOOKS[way][0])
             expected[place, line, colour] = pytest.approx(count / here.size)
     for bar in panel.axes.patches:
         x, y = bar.get_x() + bar.get_width() / 2, bar.get_y() + bar.get_height() / 2
         if bar.get_height() > 0:
-            cells[round(x), round(y), bar.get_facecolor()] = bar.get_height() / motion_map._FILL
+            cells[round(x), round(y), bar.get_facecolor()] = bar.get_height() / chaos._FILL
     assert cells == expected
     assert drawn.plain(panel.axes.get_xticklabels()) == [f"{u:g}" for u in ENDS]
     assert drawn.plain(panel.axes.get_yticklabels()) == [f"${size}$" for size in sizes]

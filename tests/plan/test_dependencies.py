@@ -231,7 +231,7 @@ def test_the_files_behind_claims_and_figures():
         name.startswith(("engine", "simulation", "replication.studies")) for name in joined
     )
     for name, figure in registry.figures().items():
-        imported = modules(f"{figure.module}:draw")
+        imported = modules(f"{figure.module}:{name}")
         assert figure.module.removeprefix("beltrepro.") in imported, name
         assert not any(module.startswith(("engine", "replication.report")) for module in imported)
 

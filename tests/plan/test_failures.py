@@ -4,7 +4,6 @@ import logging
 from pathlib import Path
 
 import pytest
-
 from beltrepro.replication.plan.failures import Failures
 
 RESULT = "results/smoke/batches/u1/0000.h5"

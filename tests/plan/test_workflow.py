@@ -250,7 +250,7 @@ HOUSEKEEPING = (
     [
         (
             [
-                "replication/studies/transition/fig12.py:draw",
+                "replication/studies/transition/figures.py:fig12",
                 f"replication/studies/transition/measure.py:{TABLE}",
                 "replication/studies/every_claim.py:measure",
             ],

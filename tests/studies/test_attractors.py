@@ -6,7 +6,7 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.chaos import measure
-from beltrepro.replication.studies.chaos.orbits import catalogue
+from beltrepro.replication.studies.chaos.measure import catalogue
 from beltrepro.stats import survival
 from beltrepro.stats.estimates import share
 from irregular import exponent, settling

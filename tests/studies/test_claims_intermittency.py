@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.noise import laminar as laminar_phases
+from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, NOT_TESTABLE, OPEN, YES
 from beltrepro.replication.verdicts.evidence import Cut
 from made_up import LEDGER, both, grades, measured, replicates, table
@@ -183,7 +183,7 @@ def test_all_intermittent_points_count_and_the_share_is_that_of_the_reading():
     apart = (made.arrays["belt_velocity"] == 40) & (made.arrays["noise"] == 1)
     made.arrays["laminar_fraction"][apart], made.arrays["laminar_count"][apart] = 0.5, 2
     mask = made.arrays["laminar_count"] >= 2
-    row = laminar_phases._width(Cut(made.arrays, 0.0, 1.0), mask, (0.0, 4.0))
+    row = measure._width(Cut(made.arrays, 0.0, 1.0), mask, (0.0, 4.0))
     assert row.value == 2.25  # mean of 3, 2, 2, 2 points, 1 apart
     assert row.runs == 200  # four levels of 50 velocities
     for share, inside in ((0.03, [0, 1, 0]), (0.07, [1, 1, 0]), (0.2, [1, 1, 1])):

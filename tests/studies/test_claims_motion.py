@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.chaos.runs_of_motion import Motions
+from beltrepro.replication.studies.chaos.measure import Motions
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import states

@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.transition import transients
+from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from made_up import (
     both,
@@ -216,30 +216,30 @@ def test_transients_need_runs_at_u20_of_twice_the_printed_length():
 
 def test_runs_on_one_orbit_are_told_from_chaotic_ones():
     runs = escapes(0, 0, 5, 40)["lifetimes"].arrays
-    assert transients.on_shared_orbits(runs, 2000.0).tolist() == [True] * 5 + [False] * 40
+    assert measure.on_shared_orbits(runs, 2000.0).tolist() == [True] * 5 + [False] * 40
     two = escapes(0, 0, 2, 4)["lifetimes"].arrays
-    assert not transients.on_shared_orbits(two, 2000.0).any()
+    assert not measure.on_shared_orbits(two, 2000.0).any()
     runs["final_stick_rate"][0, 3] += 2 / 2000  # two sticks more: the ends of the time
     runs["final_stick_rate"][1, 3] += 4 / 2000
     runs["final_amplitude"][2] *= 1.002
-    shared = transients.on_shared_orbits(runs, 2000.0)[:5]
+    shared = measure.on_shared_orbits(runs, 2000.0)[:5]
     assert shared.tolist() == [True, False, False, True, True]
 
 
 @pytest.mark.parametrize(
     ("escaped", "disorder", "rates", "label"),
     [
-        (1, 0.0499, [0.1, 0.0], transients.SMALL_SLIP),
-        (1, 0.05, [0.1, 0.0], transients.LARGE_SLIP),
-        (0, 0.13, [0.1, 0.0], transients.STICK_SLIP),  # still irregular, for all that is known
-        (1, 0.13, [0.0, 0.2], transients.STICK_SLIP),
-        (1, 0.0, [0.0, 0.1, np.nan], transients.STICK_SLIP),  # the last block of a shorter chain
-        (1, 0.0, [0.1, 0.0, np.nan], transients.SMALL_SLIP),
+        (1, 0.0499, [0.1, 0.0], measure.SMALL_SLIP),
+        (1, 0.05, [0.1, 0.0], measure.LARGE_SLIP),
+        (0, 0.13, [0.1, 0.0], measure.STICK_SLIP),  # still irregular, for all that is known
+        (1, 0.13, [0.0, 0.2], measure.STICK_SLIP),
+        (1, 0.0, [0.0, 0.1, np.nan], measure.STICK_SLIP),  # the last block of a shorter chain
+        (1, 0.0, [0.1, 0.0, np.nan], measure.SMALL_SLIP),
     ],
 )
 def test_attractors_are_labelled_by_sticks_and_amplitude(escaped, disorder, rates, label):
     runs = {"escaped": [escaped], "final_disorder": [disorder], "final_stick_rate": [rates]}
-    assert transients.labels_of({name: np.array(v * 2) for name, v in runs.items()})[1] == label
+    assert measure.labels_of({name: np.array(v * 2) for name, v in runs.items()})[1] == label
 
 
 # --- lifetimes against u --------------------------------------------------------------------------

@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.studies.experiment import measure, observations, words
+from beltrepro.replication.studies.experiment import measure, words
 
 
 def of_model(along_tape):
@@ -18,30 +18,30 @@ def test_r_along_the_tape_is_smaller_by_the_blocks_in_the_mean():
     x = 600 + 80 * np.sin(np.arange(1000))
     longer = x + 4.5 * 0.04 / 1.4e-3
     arrays = {"disorder_parameter": np.array([x.std() / x.mean()]), "mean_length": x.mean()}
-    (shown,) = observations.disorder_along_tape(arrays)
+    (shown,) = measure.disorder_along_tape(arrays)
     assert shown == pytest.approx(longer.std() / longer.mean(), rel=1e-6)
 
 
 def test_a_trial_agrees_in_r_and_in_both_regimes():
-    first, second = observations.EXPERIMENT
+    first, second = measure.EXPERIMENT
     arrays = {
         "mean_length": np.full(6, 600.0),
         "disorder_parameter": of_model(np.array([0.072, 0.079, 0.080, 0.072, 0.072, 0.052])),
         "lasting_longest": np.array([800.0, 800, 800, 700, 800, 300]),
         "lively_longest": np.array([2000.0, 2000, 2000, 2000, 1500, 300]),
     }
-    assert observations.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]
-    assert observations.agrees(second, arrays).tolist() == [0, 0, 0, 0, 0, 1]
-    assert observations.alternates(arrays).all()
+    assert measure.agrees(first, arrays).tolist() == [1, 1, 0, 0, 0, 0]
+    assert measure.agrees(second, arrays).tolist() == [0, 0, 0, 0, 0, 1]
+    assert measure.alternates(arrays).all()
     assert first.belt_velocity == pytest.approx(12.0176, abs=1e-3)
     velocity = {"belt_velocity": np.array([12.0176, 12.1, 15.2951])}
-    assert observations.at_speed(first, velocity).tolist() == [True, False, False]
-    assert observations.at_speed(second, velocity).tolist() == [False, False, True]
+    assert measure.at_speed(first, velocity).tolist() == [True, False, False]
+    assert measure.at_speed(second, velocity).tolist() == [False, False, True]
 
 
 def test_the_odds_are_those_of_a_plain_loop():
     """Trials in which no two properties go together, in cells of unequal size."""
-    rng, first = np.random.default_rng(3), observations.EXPERIMENT[0]
+    rng, first = np.random.default_rng(3), measure.EXPERIMENT[0]
     noise = np.repeat([1.0, 2.0, 3.0], (7, 12, 5))
     arrays = {
         "noise": noise,
@@ -54,7 +54,7 @@ def test_the_odds_are_those_of_a_plain_loop():
         "all_slip_longest": rng.uniform(0, 10, noise.size),
     }
     second = {name: values.copy() for name, values in arrays.items()}
-    second["belt_velocity"][:] = observations.EXPERIMENT[1].belt_velocity
+    second["belt_velocity"][:] = measure.EXPERIMENT[1].belt_velocity
     both = {name: np.r_[values, second[name]] for name, values in arrays.items()}
     trials = Dataset(both, {"duration": 200.0, "transient": 50.0})
     table = measure.experiment_odds({"trials": trials, "trials_short": trials})

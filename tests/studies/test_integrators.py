@@ -15,7 +15,7 @@ from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.studies.integrators import measure as integrators
 from beltrepro.replication.studies.integrators import samples
-from beltrepro.replication.studies.transition.transients import STICK_SLIP, labels_of
+from beltrepro.replication.studies.transition.measure import STICK_SLIP, labels_of
 
 RNG = np.random.default_rng
 CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")

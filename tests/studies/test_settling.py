@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.replication.studies.transition.transients import settled_orbit
+from beltrepro.replication.studies.transition.measure import settled_orbit
 
 INTERVAL = 0.1
 

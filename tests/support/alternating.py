@@ -5,7 +5,7 @@ import numpy as np
 from beltrepro.base.store import Dataset
 from beltrepro.model.units import from_si
 from beltrepro.replication.studies.experiment import measure
-from beltrepro.replication.studies.experiment.observations import EXPERIMENT
+from beltrepro.replication.studies.experiment.measure import EXPERIMENT
 
 HOW = {
     "preset": "smoke",

@@ -441,7 +441,7 @@ def data_of(figure, *, also=(), **changed):
 
 def draw(figure, data):
     """A figure, as wide as a column of the paper and legible there."""
-    made = importlib.import_module(registry.figures()[figure].module).draw(data)
+    made = getattr(importlib.import_module(registry.figures()[figure].module), figure)(data)
     sizes = {text.get_text(): text.get_size() for text in made.findobj(Text) if text.get_text()}
     assert made.get_figwidth() * 2.54 == pytest.approx(8.6)
     assert min(sizes.values(), default=6) >= 6, sizes

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.every_claim import REGISTRY
+from beltrepro.replication.studies import every_claim  # noqa: F401 registers the claims
 from beltrepro.replication.verdicts.criteria import QUESTIONS, judge
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.replication.verdicts.ledger import load_ledger
+from beltrepro.replication.verdicts.ledger import REGISTRY, load_ledger
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, TRANSIENT
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pandas as pd
 
 from beltrepro.replication.plan import manifest
-from beltrepro.replication.studies import every_claim
-from beltrepro.replication.studies.every_claim import COLUMNS, ESTIMATE_COLUMNS
+from beltrepro.replication.verdicts import measured
 from beltrepro.replication.verdicts.criteria import Measurement, bounds, names_in
 from beltrepro.replication.verdicts.ledger import load_ledger
+from beltrepro.replication.verdicts.measured import COLUMNS, ESTIMATE_COLUMNS
 from beltrepro.stats.estimates import Estimate, sure
 
 MISSING = "missing"  # in place of a verdict: open, because this preset has no data
@@ -35,11 +35,11 @@ def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
             if not shared:
                 readings[name] = _measurement(criterion, wanted[question], index, len(readings))
             named = type(criterion)(**vars(criterion) | {"reading": name, "tried": 1 + index % 3})
-            answers[question] = every_claim._judged(named, readings)
+            answers[question] = measured._judged(named, readings)
         if claim.testable:
             readings[f"another reading of {index}"] = Measurement({}, {"other": sure(index)})
-        rows.append(every_claim._row(claim, answers, []))
-        estimates += every_claim._estimates(claim, answers, readings)
+        rows.append(measured._row(claim, answers, []))
+        estimates += measured._estimates(claim, answers, readings)
     return (
         pd.DataFrame(rows, columns=list(COLUMNS)),
         pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),

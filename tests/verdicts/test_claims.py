@@ -12,10 +12,11 @@ import yaml
 import figure_data
 from alternating import experiments
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.every_claim import COLUMNS, ESTIMATE_COLUMNS, measure
+from beltrepro.replication.studies.every_claim import measure
 from beltrepro.replication.verdicts import evidence
 from beltrepro.replication.verdicts.criteria import NOT_TESTABLE, OPEN, QUESTIONS, YES, bounds
 from beltrepro.replication.verdicts.ledger import KINDS, REGISTRY, SECTIONS, SEEN, load_ledger
+from beltrepro.replication.verdicts.measured import COLUMNS, ESTIMATE_COLUMNS
 from made_up import SETTINGS, few_resamples  # noqa: F401
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
@@ -69,7 +70,7 @@ def test_every_claim_has_a_function_in_the_module_of_its_section():
     for claim in LEDGER.values():
         assert claim.kind in KINDS
         if claim.testable:
-            study = SECTIONS[claim.section].split("/")[0]
+            study = SECTIONS[claim.section]
             module = f"beltrepro.replication.studies.{study}.claims"
             assert REGISTRY[claim.id].__module__.startswith(module)
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.studies import every_claim
 from beltrepro.replication.verdicts import criteria, evidence
 from beltrepro.replication.verdicts.criteria import (
     IN_PART,
@@ -193,11 +192,11 @@ def tables_of(monkeypatch, measured, used=(), **change):
             raise measured
         return measured
 
-    monkeypatch.setattr(every_claim, "load_ledger", lambda: {"x": claim(**change)})
-    monkeypatch.setitem(every_claim.REGISTRY, "x", function)
+    monkeypatch.setattr(measured, "load_ledger", lambda: {"x": claim(**change)})
+    monkeypatch.setitem(measured.REGISTRY, "x", function)
     data = SimpleNamespace(used=list(used), start=lambda claim: None)
-    monkeypatch.setattr(every_claim, "Evidence", lambda datasets, settings: data)
-    (row,), estimates = (table.to_dict("records") for table in every_claim.measure({}, {}))
+    monkeypatch.setattr(measured, "Evidence", lambda datasets, settings: data)
+    (row,), estimates = (table.to_dict("records") for table in measured.measure({}, {}))
     return row, estimates
 
 

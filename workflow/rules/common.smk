@@ -1,25 +1,40 @@
-# What the rules share: the files and jobs of the run, and how a run begins, stops and fails.
+# What the rules share: the settings and files of the run, and how it begins and fails.
 
-import atexit
+import logging
 import os
 import sys
+from pathlib import Path
 
+from snakemake.cli import get_argument_parser
 from snakemake.logging import logger
+from snakemake_interface_logger_plugins.common import LogEvent
 
-from beltrepro.base import provenance
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import lifecycle, snakemake_call
-from beltrepro.replication.plan.failures import Failures
+from beltrepro.base.names import hint
+from beltrepro.replication.plan import lock
+from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.workflow import Workflow
 
-try:
-    if workflow.is_main_process:
-        snakemake_call.check_counts(workflow.resource_settings)
-    FLOW = Workflow(config)
-except InputError as error:
-    sys.exit(f"error: {error}")
 
+def in_one_line(function, *arguments):
+    """What a function returns; for a value that it refuses, the end of the run with one line."""
+    try:
+        return function(*arguments)
+    except InputError as error:
+        sys.exit(f"error: {error}")
+
+
+# Snakemake reads these files as well, and takes a key that is given twice.
+for path in ("config.yaml", *workflow.overwrite_configfiles):
+    in_one_line(load_config, path)
+
+
+configfile: "config.yaml"
+
+
+FLOW = in_one_line(Workflow, config)
 RUN = FLOW.plan.run
+os.environ[lock.RUN] = str(os.getpid())  # jobs must not outlive this process
 
 # Claims take long, and wait for nearly all datasets. So these come first, and figures are drawn
 # while claims are measured.
@@ -36,45 +51,33 @@ wildcard_constraints:
     **FLOW.wildcards(),
 
 
-# --- what a job asks of a cluster ---
-
-
-def at_attempt(amount):
-    """At least half more than the published run took; each attempt asks for as much again."""
-    return lambda wildcards, attempt: attempt * amount
-
-
-# --- beginning, stopping, failing ---
-
-WAS_LOCKED = lifecycle.is_locked(FLOW.results)
-os.environ[lifecycle.PARENT] = str(os.getpid())
-shell.prefix(lifecycle.JOB_PREFIX)
-FAILURES = Failures(logger)
-if workflow.is_main_process:
-    lifecycle.stop_at_once(FLOW.results)
+def refuse_unknown_targets():
+    """End with one line if the command line asks for what no rule makes."""
+    is_command = workflow.is_main_process and "snakemake" in Path(sys.argv[0]).parts[-2:]
+    targets = [one.name for one in workflow.rules if not one.has_wildcards()]
+    for name in get_argument_parser().parse_known_args()[0].targets if is_command else ():
+        path = os.path.relpath(name)
+        is_file = any(one.is_producer(path) for one in workflow.rules)
+        if name not in targets and not is_file:
+            allowed = f"files of this run and {', '.join(targets)}{hint(name, targets)}"
+            sys.exit(f"error: target {name!r}: allowed are {allowed}")
 
 
 def begin():
-    """Before the first job: take the folder of results, and end at once when told to."""
-    try:
-        lifecycle.begin(FLOW.results, WAS_LOCKED)
-    except InputError as error:
-        sys.exit(f"error: {error}")
+    """Before the first job: take the folder of results, and let failed jobs here say it themselves."""
+    if 0 in (workflow.resource_settings.cores, workflow.resource_settings.nodes):
+        sys.exit("error: --cores or --jobs 0: must be at least 1, or no job ever begins")
+    in_one_line(lock.take, FLOW.results)
     if workflow.local_exec:
-        lifecycle.stop_at_once(FLOW.results)  # again: Snakemake has taken SIGTERM
+        for handler in logger.handlers:
+            if not isinstance(handler, logging.FileHandler):
+                handler.addFilter(is_no_failure)
         # Jobs here need no limit on how many start in a second. Its clock would wake the scheduler
         # once a second for each job that has ended: after 100 of them 100 times a second.
         workflow.scheduler.job_rate_limiter = None
-    else:
-        lifecycle.cancel_at_stop()
 
 
-def refuse_unknown_targets():
-    """End with one line if a target of the command line is none; when all rules are known."""
-    if workflow.is_main_process:
-        snakemake_call.end_if_unknown(
-            workflow.rules,
-            lambda path: FLOW.is_made(
-                path, lambda name: any(rule.is_producer(name) for rule in workflow.rules)
-            ),
-        )
+def is_no_failure(record):
+    """Whether a record is other than what Snakemake says of a job that has failed."""
+    is_error = getattr(record, "event", None) is LogEvent.JOB_ERROR
+    return not is_error and "CalledProcessError" not in str(record.msg)

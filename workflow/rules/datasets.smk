@@ -14,10 +14,6 @@ rule simulate:
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
-    threads: 1
-    resources:
-        mem_mb=at_attempt(3000),
-        runtime=at_attempt(60),
     params:
         spec=lambda wildcards: FLOW.plan.batch_spec(wildcards.dataset, wildcards.batch),
         code=FLOW.code_of_batch,
@@ -40,14 +36,10 @@ rule join:
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
-    threads: 1
-    resources:
-        mem_mb=at_attempt(3000),
-        runtime=at_attempt(10),
     params:
         spec=lambda wildcards: FLOW.plan.dataset_spec(wildcards.dataset),
         expected=FLOW.expected_batches,
-        code=FLOW.code("join.py", "beltrepro.replication.plan.files:join"),
+        code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.files"),
     message:
         "Joining the batches of {wildcards.dataset}"
     script:

@@ -17,17 +17,13 @@ rule film:
     priority: BEFORE_FIGURES
     conda:
         "../envs/beltrepro.yaml"
-    threads: 1
-    resources:
-        mem_mb=at_attempt(1000),
-        runtime=at_attempt(10),
     params:
         spec=lambda wildcards: FLOW.plan.films[wildcards.film].spec(),
         expected=FLOW.expected_of_sources,
-        code=FLOW.code(
-            "film.py",
-            "beltrepro.replication.camera.camera:film",
-            "beltrepro.replication.camera.track:track",
+        code=lambda wildcards: FLOW.code(
+            "film",
+            "beltrepro.replication.camera.camera",
+            "beltrepro.replication.camera.track",
         ),
     message:
         "Filming and tracking {wildcards.film}"

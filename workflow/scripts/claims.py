@@ -1,13 +1,8 @@
 """Measure the claims of the paper and write them as CSV."""
 
-from typing import TYPE_CHECKING
-
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.plan import tables as files
 from beltrepro.replication.studies.every_claim import measure
-
-if TYPE_CHECKING:
-    from snakemake.iocontainers import snakemake
 
 CLAIMS = "Every claim of the paper: what it prints, what was measured, and the verdict."
 ESTIMATES = "The numbers that the verdicts rest on, with their intervals and the allowed ranges."

@@ -2,13 +2,9 @@
 
 import importlib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.plan import tables as files
-
-if TYPE_CHECKING:
-    from snakemake.iocontainers import snakemake
 
 
 def main(job):

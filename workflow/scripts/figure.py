@@ -1,20 +1,18 @@
 """Draw one figure from its datasets and tables."""
 
 import importlib
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from beltrepro.replication.drawing import style
 from beltrepro.replication.plan import inputs, scripting
-
-if TYPE_CHECKING:
-    from snakemake.iocontainers import snakemake
 
 
 def main(job):
     """`expected` : preset, run and in `sources` what the files must say of themselves, by name."""
     files, expected = dict(job.input.items()), job.params.expected
     data = inputs.load(files, expected["sources"])
-    figure = importlib.import_module(job.params.module).draw(data)
+    draw = getattr(importlib.import_module(job.params.module), Path(job.output.png).stem)
+    figure = draw(data)
     about = inputs.source(expected), inputs.lineage(files, data)
     style.save(figure, job.output.png, job.output.pdf, *about)
 

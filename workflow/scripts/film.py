@@ -1,7 +1,6 @@
 """Film a dataset with the virtual camera, and track the last block in the film."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 
@@ -14,9 +13,6 @@ from beltrepro.replication.camera.track import track
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.plan.described import describe
 from beltrepro.replication.plan.filming import FILM, NEEDED
-
-if TYPE_CHECKING:
-    from snakemake.iocontainers import snakemake
 
 COLUMNS = {
     "time_s": "instant of the frame, seconds from the beginning of the film",

@@ -1,12 +1,7 @@
 """Join the batches of a dataset into one file."""
 
-from typing import TYPE_CHECKING
-
 from beltrepro.base import provenance
 from beltrepro.replication.plan import files, kinds, scripting
-
-if TYPE_CHECKING:
-    from snakemake.iocontainers import snakemake
 
 
 def join(paths: list, expected: list[dict], spec: dict, output) -> None:

@@ -1,14 +1,10 @@
 """Write the report."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.report.page import render
-
-if TYPE_CHECKING:
-    from snakemake.iocontainers import snakemake
 
 
 def main(job):

@@ -1,13 +1,8 @@
 """Simulate one batch of points of a dataset and write what its kind records."""
 
-from typing import TYPE_CHECKING
-
 from beltrepro.base.progress import Progress
 from beltrepro.replication.plan import files, kinds, scripting
 from beltrepro.replication.plan.points import points_of
-
-if TYPE_CHECKING:
-    from snakemake.iocontainers import snakemake
 
 
 def simulate(spec: dict, output, progress=None) -> None:

@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> None:
             f"{options.recording} has one every {recording.interval_s:.3g} s"
         )
     if options.output:
-        from beltrepro.replication.studies.experiment.recording_figure import save
+        from beltrepro.replication.studies.experiment.figures import save
 
         save(recording, options.output)
     result: dict[str, Any] = {

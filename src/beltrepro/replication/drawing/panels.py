@@ -1,5 +1,6 @@
 """Parts that several figures share: curves, diagrams, traces, spectra, words on panels."""
 
+import functools
 import re
 import textwrap
 from contextlib import contextmanager
@@ -25,12 +26,27 @@ _RASTER_FROM = 5000  # more points than this are an image in the PDF
 # --- data -----------------------------------------------------------------------------------------
 
 
-def require(data, entry):
-    """Raise InputError, in one line, unless `data` has what the entry uses, checks excepted."""
-    missing = [name for name in entry.uses if name not in data and not name.endswith(CHECK)]
-    if missing:
-        there = ", ".join(data) or "none"
-        raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {there}")
+def draws(figures):
+    """Decorator of the function that draws the figure of its name: styled, and with all its data.
+
+    Without what its entry in `figures` uses, checks excepted, it raises InputError in one line.
+    """
+
+    def decorated(draw):
+        entry = figures[draw.__name__]
+
+        @style.styled
+        @functools.wraps(draw)
+        def draw_from(data):
+            missing = [name for name in entry.uses if name not in data and not name.endswith(CHECK)]
+            if missing:
+                there = ", ".join(data) or "none"
+                raise InputError(f"figure needs the dataset {', '.join(missing)}; given: {there}")
+            return draw(data)
+
+        return draw_from
+
+    return decorated
 
 
 def layers(data, name):

@@ -1,6 +1,7 @@
-"""What every script of the workflow shares: its log, its errors in one line."""
+"""What every script of the workflow shares: its log, its errors in one line, its list of files."""
 
 import logging
+import signal
 import sys
 import traceback
 from collections.abc import Callable
@@ -9,20 +10,20 @@ from typing import Any
 
 from beltrepro.base import progress
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.replication.plan import lifecycle, manifest
+from beltrepro.replication.plan import lock, manifest
 
 logger = logging.getLogger("beltrepro")
 
 
 def run(main: Callable[[Any], None], snakemake: Any) -> None:
-    """Run one job: call `main(snakemake)` with logging to the rule's log file, and list its files.
+    """Run one job: call `main(snakemake)` with logging to the rule's log, and list its files.
 
-    An error that a user can act on (InputError, ModelStateError) is one line in the log and on
-    stderr. Any other leaves its traceback in the log and one line on stderr that points there.
-    Both end the process with status 1.
+    An error is one line on stderr, and its first line in the log has " ERROR "; unless a user can
+    act on it, a traceback follows there.
     """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C reaches jobs, too: without a traceback
+    lock.end_with_run()
     progress.quiet_terminal()
-    lifecycle.end_with_parent()
     log = Path(snakemake.log[0])
     log.parent.mkdir(parents=True, exist_ok=True)
     logging.basicConfig(
@@ -42,7 +43,7 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
         sys.exit(f"error in rule {snakemake.rule}: {error}")
     except Exception as error:
         reason = f"{type(error).__name__}: {error}".splitlines()[0]
-        logger.error("%s\n%s", reason, traceback.format_exc())  # the first line is shown
+        logger.error("%s\n%s", reason, traceback.format_exc())
         sys.exit(f"error in rule {snakemake.rule}: {reason} (traceback in {log})")
     logger.info("done")
 

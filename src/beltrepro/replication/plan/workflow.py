@@ -1,8 +1,6 @@
 """What the rules of the workflow ask: files of a run, what jobs are told, the code behind them."""
 
-import hashlib
-import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +29,6 @@ class Workflow:
         self.judged = [*self.plan.datasets, *(f"{name}{TRACK}" for name in self.plan.films)]
         self._top = top
         self._known: dict[str, dict] = {}
-        self._codes = dependencies.KeptHashes(top / ".snakemake" / "code_hashes.json")
-        self._package = dependencies.Sources()
         registry.check_names(self.plan.datasets)
         inputs = [*self.plan.datasets, *self.filmed, *self.tables]
         for entries in (self.tables, self.figures):
@@ -68,19 +64,10 @@ class Workflow:
 
     def batches(self, wildcards: Any) -> list[str]:
         """Files of the batches of a dataset."""
-        return self._batch_files(wildcards.dataset, self.plan.datasets[wildcards.dataset].batches)
-
-    def _batch_files(self, dataset: str, names: Iterable[str]) -> list[str]:
-        return [f"<results>/batches/{dataset}/{name}.h5" for name in names]
-
-    def with_metadata(self, name: str) -> list[str]:
-        """A table, film or track, and the file that says what it is."""
-        return [self.file_of(name), f"{self.file_of(name)}-metadata.json"]
-
-    def claims(self) -> list[str]:
-        """The tables of claims and estimates, and what they are."""
-        tables = [f"<results>/{name}.csv" for name in ("claims", "estimates")]
-        return [*tables, *(f"{path}-metadata.json" for path in tables)]
+        name = wildcards.dataset
+        return [
+            f"<results>/batches/{name}/{batch}.h5" for batch in self.plan.datasets[name].batches
+        ]
 
     def drawn(self, *endings: str, category: str | None = None) -> list[str]:
         """Files of all figures, or of those of one category."""
@@ -93,13 +80,11 @@ class Workflow:
 
     def everything(self) -> list[str]:
         """What the target `all` makes: all that is compared and published."""
-        return [
-            *self.datasets(),
-            *self.drawn("png", "pdf"),
-            *(path for name in (*self.filmed, *self.tables) for path in self.with_metadata(name)),
-            *self.claims(),
-            "<results>/report.html",
-        ]
+        tables = [self.file_of(name) for name in (*self.filmed, *self.tables)]
+        tables += [f"<results>/{name}.csv" for name in ("claims", "estimates")]
+        described = [f"{path}-metadata.json" for path in tables]
+        pictures = self.drawn("png", "pdf")
+        return [*self.datasets(), *pictures, *tables, *described, "<results>/report.html"]
 
     def compared(self) -> list[str]:
         """Tables of claims of other runs: those here, or published in docs/results."""
@@ -109,33 +94,22 @@ class Workflow:
             tables |= {path.parent.name: str(path) for path in paths}
         return [path for name, path in sorted(tables.items()) if name != self.plan.run]
 
-    def is_made(self, path: str, is_output: Callable[[str], bool]) -> bool:
-        """Whether a target is a file of this run; of batches, only those that there are."""
-        place = Path(path)
-        if not place.is_relative_to(f"results/{self.plan.run}/batches"):
-            return is_output(path)
-        dataset = self.plan.datasets.get(place.parent.name)
-        return dataset is not None and place.suffix == ".h5" and place.stem in dataset.batches
-
     # --- what single jobs are made from ---
 
     def sources(self, wildcards: Any) -> dict[str, str]:
         """Files that a table, figure or film is made from, by name of what they hold."""
         return self.files_of(*self._sources(wildcards))
 
-    def about(self, field: str) -> Callable[[Any], Any]:
-        """What the entry of a figure or table says under this name, for a directive."""
-        return lambda wildcards: getattr(self._entry(wildcards), field)
+    def table(self, wildcards: Any) -> registry.Table:
+        """What a table says of itself; its file lies in tables/ or at the top of the results."""
+        return self.tables[Path(wildcards.table).name]
 
-    def _sources(self, wildcards: Any) -> tuple[str, ...]:
+    def _sources(self, wildcards: Any) -> Iterable[str]:
         if hasattr(wildcards, "film"):
             return (self.plan.films[wildcards.film].dataset,)
-        return self._entry(wildcards).uses
-
-    def _entry(self, wildcards: Any) -> registry.Figure | registry.Table:
         if hasattr(wildcards, "figure"):
-            return self.figures[wildcards.figure]
-        return self.tables[Path(wildcards.table).name]  # it may lie at the top of the results
+            return self.figures[wildcards.figure].uses
+        return self.table(wildcards).uses
 
     # --- what files must say of themselves ---
 
@@ -190,30 +164,19 @@ class Workflow:
         return {"preset": self.plan.preset, "run": self.plan.run, "sources": sources}
 
     # --- the code behind a job ---
-    # Snakemake does not see imported modules. Of a script it compares the time, by which a checkout
-    # or a clone would make everything anew: profiles/default turns that off.
 
-    def code(self, script: str, *functions: str, choices: tuple[str, ...] = ()) -> str:
-        """Hash of the code behind the functions that a script calls, and of its own text."""
-        path = self._top / SCRIPTS / script
-        text = hashlib.sha256(path.read_bytes()).hexdigest()
-        return self._codes.get(
-            json.dumps([script, text, functions, choices]),
-            lambda: self._package.code_hash(*functions, script=path, choices=choices),
-        )
+    def code(self, script: str, *functions: str, **how: Any) -> str:
+        """Hash of the code behind a script and the functions that it calls."""
+        path = self._top / SCRIPTS / f"{script}.py"
+        return dependencies.code_hash(*functions, script=path, **how)
 
     def code_of_batch(self, wildcards: Any) -> str:
-        """Code behind a batch: the function of its kind, by its own integrator."""
+        """Code behind a batch: the function of its kind, and the integrator of all its points."""
         dataset = self.plan.datasets[wildcards.dataset]
-        choices = {point.method for point in dataset.batches[wildcards.batch]}
-        return self.code("simulate.py", dataset.kind.record, choices=tuple(sorted(choices)))
-
-    def code_of_table(self, wildcards: Any) -> str:
-        """Code behind a table: the function of its name."""
-        function = f"{self._entry(wildcards).module}:{Path(wildcards.table).name}"
-        return self.code("derive.py", function)
+        method = dataset.batches[wildcards.batch][0].method
+        return self.code("simulate", dataset.kind.record, method=method)
 
     def code_of_figure(self, wildcards: Any) -> str:
         """Code behind a figure: what draws and what saves it."""
-        draw = f"{self.figures[wildcards.figure].module}:draw"
-        return self.code("figure.py", draw, "beltrepro.replication.drawing.style:save")
+        module = self.figures[wildcards.figure].module
+        return self.code("figure", module, "beltrepro.replication.drawing.style")

@@ -1,9 +1,11 @@
 """Access of claim functions to datasets and tracks: what is missing is said in one line."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import pandas as pd
 
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.stats import intermittency, sections, states, transition
@@ -247,3 +249,13 @@ def _require_settled(transient, name):
         f"{name} discards a transient of {transient:g}; chaotic transients last longer, "
         f"{SETTLED_TRANSIENT:g} is the least",
     )
+
+
+def by_point(arrays: dict[str, np.ndarray], *names: str) -> Iterator[tuple[dict, np.ndarray]]:
+    """Each point as the values that these quantities have together, in rising order, and its runs.
+
+    The runs are the places in the arrays, in their order.
+    """
+    columns = pd.DataFrame({name: arrays[name] for name in names})
+    for values, runs in columns.groupby(list(names)):
+        yield dict(zip(names, values, strict=True)), runs.index.to_numpy()

@@ -14,22 +14,23 @@ import yaml
 
 from beltrepro.replication.verdicts.criteria import QUESTIONS, Criterion
 
+# The sections of the ledger in the order of the paper, and the study whose claims.yaml has each.
 SECTIONS = {
-    "model": "laws/claims",
-    "experiment": "experiment/claims",
-    "without_noise": "transition/claims_motion",
-    "transition_without_noise": "transition/claims",
-    "avalanches": "avalanches/claims",
-    "motion": "chaos/claims",
-    "transients": "transition/claims_transients",
-    "transition_with_noise": "noise/claims",
-    "intermittency": "noise/claims_intermittency",
-    "noise_of_experiment": "experiment/claims_noise",
-    "motion_of_sizes": "sizes/claims_motion",
-    "system_size": "sizes/claims",
-    "noise_and_size": "sizes/claims_noise",
-    "integrators": "integrators/claims",
-    "branches": "branches/claims",
+    "model": "laws",
+    "experiment": "experiment",
+    "without_noise": "transition",
+    "transition_without_noise": "transition",
+    "avalanches": "avalanches",
+    "motion": "chaos",
+    "transients": "transition",
+    "transition_with_noise": "noise",
+    "intermittency": "noise",
+    "noise_of_experiment": "experiment",
+    "motion_of_sizes": "sizes",
+    "system_size": "sizes",
+    "noise_and_size": "sizes",
+    "integrators": "integrators",
+    "branches": "branches",
 }
 REGISTRY: dict[str, Callable] = {}
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
@@ -122,11 +123,17 @@ def printed(identifier: str) -> Any:
 @cache
 def load_ledger() -> Mapping[str, Claim]:
     """All claims by id, section by section; read once."""
-    claims = {}
-    for section, place in SECTIONS.items():
-        for entry in read_yaml("beltrepro.replication.studies", f"{place}.yaml"):
-            claims[entry["id"]] = _claim(section, **entry)
-    return MappingProxyType(claims)
+    files = {
+        study: read_yaml("beltrepro.replication.studies", f"{study}/claims.yaml")
+        for study in set(SECTIONS.values())
+    }
+    return MappingProxyType(
+        {
+            entry["id"]: _claim(section, **entry)
+            for section, study in SECTIONS.items()
+            for entry in files[study][section]
+        }
+    )
 
 
 def _claim(section: str, *, replicated: dict, history: list[dict], **entry: Any) -> Claim:

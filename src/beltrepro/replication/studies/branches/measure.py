@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
-from beltrepro.replication.studies.points import by_point
+from beltrepro.replication.verdicts.evidence import by_point
 from beltrepro.stats.estimates import share_of
 
 TABLES = {

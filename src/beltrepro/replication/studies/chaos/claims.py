@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.runs_of_motion import (
+from beltrepro.replication.studies.chaos.measure import (
     EXACT,
     LONG,
     N_BLOCKS,

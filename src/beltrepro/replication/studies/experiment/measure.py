@@ -1,18 +1,113 @@
-"""Numbers on the noise of the experiment: what trials of its length show."""
+"""What the paper prints of its recordings, what trials as long show, and films of the model."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
+from beltrepro.base.errors import require
 from beltrepro.model import units
+from beltrepro.model.units import TIME_S, to_si
+from beltrepro.replication.camera.recording import LASTING_S, analyse
+from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
 from beltrepro.replication.plan.registry import Table, tables
-from beltrepro.replication.studies.experiment import observations
-from beltrepro.replication.studies.experiment.observations import EXPERIMENT
 from beltrepro.stats.estimates import share
+from beltrepro.stats.intermittency import slips_of_all
 
 TABLES = {
     "alternation": Table(uses=("trials_free",)),
     "experiment_odds": Table(uses=("trials", "trials_short")),
+    "recordings": Table(
+        uses=(
+            "belt_022",
+            "belt_028",
+            "belt_035",
+            "belt_022_track",
+            "belt_028_track",
+            "belt_035_track",
+        )
+    ),
 }
+
+# --- what the paper prints of its two recordings, and which trials show it (Secs. II and IV.B) ----
+
+ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
+FRICTION_RATIO = 0.45  # printed, and measured (Sec. II)
+TOLERANCE = 0.1  # of ln r: within 10 % of what is printed
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What is printed of one recording."""
+
+    speed_m_s: float  # speed of the belt
+    disorder_parameter: float  # r of the recording, in which x_5 holds lengths of blocks
+    # it has a small amplitude, and a time without one that lasts, of this length or longer
+    lasting_s: float
+    lively_s: float
+
+    @property
+    def belt_velocity(self) -> float:
+        """Speed of the belt in model units."""
+        return units.from_si(self.speed_m_s, "velocity")
+
+
+EXPERIMENT = (
+    Observation(0.22, 0.072, lasting_s=60.0, lively_s=125.0),
+    Observation(0.28, 0.052, lasting_s=LASTING_S, lively_s=LASTING_S),
+)
+"""At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
+
+ASSIGNED = (1.0, 2.0)
+"""Noise that the paper assigns to the experiment."""
+
+
+BLOCKS_M = lengths_of_blocks(5, Scene().block_length)
+"""Lengths of blocks that x_5 of the experiment holds, in metres, and that of the model does not.
+
+The paper calls x_5 the centre of mass of the last block and the length of the chain, reads it from
+a tape measure, and says nothing of the blocks in between (Sec. II).
+"""
+
+
+def disorder_along_tape(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """r of runs as a tape tells it: x_5 scatters as much, and its mean holds lengths of blocks."""
+    mean = arrays["mean_length"]
+    return arrays["disorder_parameter"] * mean / (mean + units.from_si(BLOCKS_M, "length"))
+
+
+def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which trials show the two regimes as long as the recording does."""
+    lasting, lively = (
+        units.to_si(arrays[name], "time") for name in ("lasting_longest", "lively_longest")
+    )
+    return (lasting >= observation.lasting_s) & (lively >= observation.lively_s)
+
+
+def agrees(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which trials agree with a recording: in r, and in showing its regimes."""
+    distance = np.abs(np.log(disorder_along_tape(arrays) / observation.disorder_parameter))
+    return (distance <= TOLERANCE) & shows(observation, arrays)
+
+
+def at_speed(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which trials have the belt velocity of a recording."""
+    return np.isclose(arrays["belt_velocity"], observation.belt_velocity, rtol=ALIKE, atol=0)
+
+
+def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which trials show both regimes, each for as long as a small amplitude lasts at least."""
+    return shows(EXPERIMENT[1], arrays)
+
+
+def assigned(noise: np.ndarray) -> np.ndarray:
+    """Which noises are those that the paper assigns to the experiment."""
+    return (noise >= ASSIGNED[0] - 1e-9) & (noise <= ASSIGNED[1] + 1e-9)
+
+
+# --- trials of the length of the recordings -------------------------------------------------------
 
 _POINT = ["noise", "friction_ratio", "belt_velocity"]
 
@@ -22,7 +117,7 @@ def alternation(data) -> pd.DataFrame:
     arrays = data["trials_free"].arrays
     names = (*_POINT, "lasting_share", "disorder_parameter")
     runs = pd.DataFrame({name: arrays[name] for name in names})
-    runs["alternates"] = observations.alternates(arrays)
+    runs["alternates"] = alternates(arrays)
     runs["slip_s"] = units.to_si(arrays["all_slip_longest"], "time")
     runs["slips"] = runs["slip_s"] >= EXPERIMENT[0].lasting_s
     grouped = runs.groupby(_POINT)
@@ -45,7 +140,7 @@ def experiment_odds(data) -> pd.DataFrame:
         arrays, attributes = data[name].arrays, data[name].attributes
         length = units.to_si(attributes["duration"] - attributes["transient"], "time")
         for observation in EXPERIMENT:
-            here = observations.at_speed(observation, arrays)
+            here = at_speed(observation, arrays)
             for noise in (*np.unique(arrays["noise"][here]), np.nan):
                 chosen = here if np.isnan(noise) else here & (arrays["noise"] == noise)
                 trials = {key: values[chosen] for key, values in arrays.items()}
@@ -57,9 +152,9 @@ def experiment_odds(data) -> pd.DataFrame:
 
 def _odds(observation, trials) -> dict:
     """What the trials of one recording at one noise say together."""
-    disorder = observations.disorder_along_tape(trials)
+    disorder = disorder_along_tape(trials)
     below = disorder <= observation.disorder_parameter
-    shown = observations.shows(observation, trials)
+    shown = shows(observation, trials)
     lower, median, upper = np.quantile(disorder, [0.025, 0.5, 0.975])
     row = {
         "runs": disorder.size,
@@ -74,11 +169,93 @@ def _odds(observation, trials) -> dict:
     }
     for name, having in {
         "below": below,
-        "alternates": observations.alternates(trials),
+        "alternates": alternates(trials),
         "shows": shown,
-        "agrees": observations.agrees(observation, trials),
+        "agrees": agrees(observation, trials),
         "both": below & shown,
     }.items():
         ends = (name, f"{name}_lower", f"{name}_upper")
         row |= zip(ends, share(having.sum(), having.size).numbers, strict=True)
     return row
+
+
+# --- errors of tracking ---------------------------------------------------------------------------
+
+BELTS = ("belt_022", "belt_028", "belt_035")
+
+TRACK = "_track"
+_LATE = 0.01  # of the time between true places, by which instants may differ
+
+
+@dataclass(frozen=True)
+class TrackingError:
+    """Errors of a track, lengths in metres."""
+
+    offset: float  # mean error of the place
+    scatter: float  # standard deviation of the error
+    largest: float  # largest error, without sign
+    scale: float  # relative error of the scale: slope of the error against the true place
+    places: int  # number of places compared
+
+
+def tracking_error(
+    time_s: npt.ArrayLike, x_m: npt.ArrayLike, true_x_m: npt.ArrayLike, interval_s: float
+) -> TrackingError:
+    """Compare measured places with true ones at the same instants."""
+    position, true = np.asarray(x_m, dtype=float), np.asarray(true_x_m, dtype=float)
+    steps = np.asarray(time_s, dtype=float) / interval_s
+    number = np.rint(steps).astype(int)
+    require(number.size >= 3, f"{number.size} places, 3 are needed")
+    late = np.abs(steps - number).max()
+    require(
+        late < _LATE and number.max() < true.size, "places at other instants than the true ones"
+    )
+    error = position - true[number]
+    scale, _ = np.polyfit(true[number], error, 1)
+    numbers = error.mean(), error.std(), np.abs(error).max(), scale
+    return TrackingError(*map(float, numbers), number.size)
+
+
+def recordings(data) -> pd.DataFrame:
+    """A row for each film."""
+    return pd.DataFrame([_recording_row(data, film) for film in BELTS])
+
+
+def _recording_row(data, film):
+    run, track = data[film], data[film + TRACK]
+    interval = float(run.attributes["sample_interval"]) * TIME_S
+    true = to_si(run.arrays["positions"][:, -1], "length")
+    error = tracking_error(track.time_s, track.x_m, true, interval)
+    sampled = analyse(interval * np.arange(true.size), true)
+    tracked = analyse(track.time_s, track.x_m)
+    pixel = track.metres_per_pixel
+    return {
+        "film": film,
+        "belt_speed": to_si(run.attributes["belt_velocity"], "velocity"),
+        "noise": run.attributes["noise"],
+        "seconds": true.size * interval,
+        "frames_per_second": 1 / interval,
+        "frames": error.places,
+        "r_run": float(run.arrays["disorder_parameter"]),
+        "r_sampled": sampled.disorder_parameter,
+        "r_tracked": tracked.disorder_parameter,
+        "mean_sampled": sampled.mean_length,
+        "mean_tracked": tracked.mean_length,
+        "small_sampled": sampled.lasting_share,
+        "small_tracked": tracked.lasting_share,
+        "offset": error.offset / pixel,
+        "scatter": error.scatter / pixel,
+        "largest": error.largest / pixel,
+        "scale": error.scale,
+        "metres_per_pixel": pixel,
+    }
+
+
+# --- what films tell ------------------------------------------------------------------------------
+
+
+def longest_slip_of_all_s(run) -> float:
+    """Longest time in seconds for which all blocks of a run slip at once."""
+    time, velocities, events = (run.arrays[name] for name in ("time", "velocities", "events"))
+    spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
+    return TIME_S * float(np.diff(spans, axis=1).max(initial=0.0))

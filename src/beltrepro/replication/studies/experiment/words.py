@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.model import units
-from beltrepro.replication.studies.experiment import observations
+from beltrepro.replication.studies.experiment import measure
 
 _HALF = 0.5
 
@@ -20,7 +20,7 @@ def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
     return {
         "rows": rows,
         "noises": _span(odds["noise"].dropna()),
-        "tolerance": f"{observations.TOLERANCE:.0%}",
+        "tolerance": f"{measure.TOLERANCE:.0%}",
         "none_agree": bool((together["agrees"] == 0).all()),
         "all_slip": _all_slip(together, alternation),
         "alternating": _alternating(alternation),
@@ -61,7 +61,7 @@ def _all_slip(printed: pd.DataFrame, free: pd.DataFrame) -> dict:
 def _alternating(table: pd.DataFrame) -> list[dict]:
     """For each noise, the belt velocities at which half of the trials or more alternate."""
     rows = []
-    printed = table[np.isclose(table["friction_ratio"], observations.FRICTION_RATIO)]
+    printed = table[np.isclose(table["friction_ratio"], measure.FRICTION_RATIO)]
     for noise, points in printed.groupby("noise"):
         velocity = points.loc[points["share"] >= _HALF, "belt_velocity"]
         metres = velocity.map(lambda u: units.to_si(u, "velocity"))

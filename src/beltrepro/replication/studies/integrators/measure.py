@@ -13,7 +13,7 @@ import pandas as pd
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.integrators import samples
-from beltrepro.replication.studies.transition import transients
+from beltrepro.replication.studies.transition import measure as transients
 
 TABLES = {
     "agreement": Table(

@@ -6,7 +6,7 @@ import numpy as np
 
 from beltrepro.base.errors import require
 from beltrepro.model.units import to_si
-from beltrepro.replication.studies.noise import laminar, measure
+from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats.estimates import absent, difference, mean, ratio, share_of, slope
@@ -248,7 +248,7 @@ def _in_runs(evidence, quiet):
         {
             "alternating": alternating(places["belt_velocity"]),
             f"alternating, u = {places['middle']:g}": alternating(places["middle"]),
-            "intermittent without noise": laminar.share_without_noise(evidence, quiet),
+            "intermittent without noise": measure.share_without_noise(evidence, quiet),
         }
     )
 
@@ -256,11 +256,11 @@ def _in_runs(evidence, quiet):
 @claim("laminar-spectra")
 def laminar_spectra(evidence):
     """Spectra of laminar and of chaotic stretches at sigma = 2.2."""
-    return laminar.spectra(evidence, "u17", "u19")
+    return measure.spectra(evidence, "u17", "u19")
 
 
 @claim("intermittency-region")
 def intermittency_region(evidence):
     """Width in u of the intermittent region against noise."""
     shares = evidence.claim.parameters["laminar_share"]
-    return {name: partial(laminar.region, evidence, *limits) for name, limits in shares.items()}
+    return {name: partial(measure.region, evidence, *limits) for name, limits in shares.items()}

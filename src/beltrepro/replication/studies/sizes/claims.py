@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.runs_of_motion import motions
+from beltrepro.replication.studies.chaos.measure import motions_of
 from beltrepro.replication.studies.sizes import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
@@ -90,7 +90,7 @@ def small_n_regular(evidence):
 
 def _small_chains(evidence, row_of):
     sizes = evidence.claim.parameters["n_blocks"]
-    runs = {n: motions(evidence, n) for n in sizes}
+    runs = {n: motions_of(evidence, n) for n in sizes}
     together, *others = runs.values()
     for more in others:
         together = together.and_also(more)
@@ -121,7 +121,9 @@ def _chaos_by_look(evidence):
 
 
 def _chaos_by_motion(evidence):
-    runs = {n: motions(evidence, n, high=u) for n, u in measure.below_transition(evidence).items()}
+    runs = {
+        n: motions_of(evidence, n, high=u) for n, u in measure.below_transition(evidence).items()
+    }
     shares = {n: (motion.share(CHAOTIC), motion.share(PERIODIC)) for n, motion in runs.items()}
     return _chaos(shares, "; ".join(f"N = {n}: {motion.words}" for n, motion in runs.items()))
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.runs_of_motion import motions
+from beltrepro.replication.studies.chaos.measure import motions_of
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.stats import estimates, transition
 from beltrepro.stats import intermittency as laminar
@@ -88,12 +88,12 @@ def below_transition(evidence):
 
 def by_motion(evidence, n_blocks):
     """Names of the motions over u."""
-    return motions(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"]).names
+    return motions_of(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"]).names
 
 
 def by_orbit(evidence, n_blocks):
     """Motions, with orbits of different numbers of returns to the mean length told apart."""
-    runs = motions(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"])
+    runs = motions_of(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"])
     returns = np.where(runs.names == PERIODIC, runs.returns, 0)
     return np.char.add(runs.names, returns.astype(str))
 

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.runs_of_motion import (
+from beltrepro.replication.studies.chaos.measure import (
     EXACT,
     LONG,
     N_BLOCKS,
@@ -14,7 +14,7 @@ from beltrepro.replication.studies.chaos.runs_of_motion import (
     between,
     by_method,
 )
-from beltrepro.replication.studies.transition import transients
+from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, states, survival
@@ -32,10 +32,10 @@ LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in
 def u7_periodic(evidence):
     """Where runs at u = 7 end."""
 
-    def measure(runs, _method):
+    def reading(runs, _method):
         return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
 
-    return by_method(evidence, measure)
+    return by_method(evidence, reading)
 
 
 @claim("u20-transient")
@@ -64,8 +64,8 @@ def _transients(evidence, name, **where):
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
     runs = _at(scan.arrays, belt_velocity=20.0, **where)
     escaped = runs["escaped"].astype(bool)
-    slipping = transients.labels_of(runs) != transients.STICK_SLIP
-    on_orbit = ~escaped & transients.on_shared_orbits(runs, settle_time)
+    slipping = measure.labels_of(runs) != measure.STICK_SLIP
+    on_orbit = ~escaped & measure.on_shared_orbits(runs, settle_time)
     longer = estimates.absent()
     if escaped.any():
         longer = estimates.share_of(runs["lifetime"][escaped] > printed)
@@ -103,7 +103,7 @@ def r_jump(evidence):
 
     def reading(scan):
         numbers = _plateaus(evidence, scan)
-        small = _beyond(evidence, scan) < transients.LARGE_AMPLITUDE
+        small = _beyond(evidence, scan) < measure.LARGE_AMPLITUDE
         shares = {"ratio": estimates.ratio(*numbers.values()), "small r": estimates.share_of(small)}
         return Measurement(numbers | shares)
 
@@ -122,7 +122,7 @@ def _plateaus(evidence, scan):
     before, after = row.disorder[row.between(12, 15)], _beyond(evidence, scan)
     counts = f"{before.size} runs below the transition, {after.size} beyond it"
     require(min(before.size, after.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
-    low = after[after < transients.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
+    low = after[after < measure.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
     samples = {"r_chaotic": before, "r_periodic": low if low.size >= LEAST_RUNS else after}
     return {name: estimates.bootstrap(np.median, [runs]) for name, runs in samples.items()}
 
@@ -231,7 +231,7 @@ def u7_transient_chaos(evidence):
     """How long runs at u = 7 are irregular before they become periodic, and their exponent then."""
     shown = evidence.claim.parameters["irregular_for"]
 
-    def measure(runs, method):
+    def reading(runs, method):
         judged = {
             "ends periodic": runs.ends_periodic,
             f"irregular for {shown}": runs.irregular_for(shown),
@@ -242,7 +242,7 @@ def u7_transient_chaos(evidence):
             also["exponent"] = runs.exponent
         return Measurement(judged, also, note=runs.words)
 
-    return by_method(evidence, measure)
+    return by_method(evidence, reading)
 
 
 @claim("transient-lifetime")
@@ -250,7 +250,7 @@ def transient_lifetime(evidence):
     """Mean lifetimes beyond the transition: to the last stick, and until the motion settles."""
     spread = evidence.claim.parameters["initial_spread"]
 
-    def measure(runs):
+    def reading(runs):
         near, far, all_of_them = (
             _estimate(runs.mean(*evidence.claim.parameters[name]))
             for name in ("near", "far", "belt_velocity")
@@ -261,8 +261,8 @@ def transient_lifetime(evidence):
         )
 
     return {
-        SCHEME: lambda: measure(transients.until_last_stick(evidence.dataset("lifetimes_wide"))),
-        EXACT: lambda: measure(transients.until_settled(evidence.dataset("survival"), spread)),
+        SCHEME: lambda: reading(measure.until_last_stick(evidence.dataset("lifetimes_wide"))),
+        EXACT: lambda: reading(measure.until_settled(evidence.dataset("survival"), spread)),
     }
 
 

@@ -5,17 +5,21 @@ import numpy as np
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
-FIGURE = Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies")
+FIGURES = {
+    "branches": Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies"),
+}
+
+
+# --- Not in the paper: the orbits behind the fall of r, and which starts and sweeps reach them ----
 
 _PAPER = 15.0, 18.0  # where the paper sees r fall
 _BIFURCATIONS = ("fold", "period doubling", "torus", "stick of no length")
 _SHIFT = 0.16  # of u between the marks of kinds of starts
 
 
-@style.styled
-def draw(data):
+@panels.draws(FIGURES)
+def branches(data):
     """Above branches and their ends; then shares of starts, and of sweeps."""
-    panels.require(data, FIGURE)
     figure = style.page(5.0)
     orbits, starts, sweeps = figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1, 1))
     _draw_branches(orbits, data["basins"].arrays)

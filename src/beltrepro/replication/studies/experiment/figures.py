@@ -1,0 +1,491 @@
+"""Figs. 1 to 5: the chain, and films of the virtual experiment."""
+
+import itertools
+import textwrap
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangle
+
+from beltrepro.base.errors import InputError, NotEnoughDataError
+from beltrepro.model.units import to_si
+from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
+from beltrepro.replication.camera.scene import Scene
+from beltrepro.replication.camera.track import white
+from beltrepro.replication.drawing import panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.experiment import measure
+from beltrepro.stats import estimates
+from beltrepro.stats.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
+
+FIGURES = {
+    "fig01": Figure(uses=(), number="1"),
+    "fig02": Figure(uses=("belt_028", "belt_028_film", "belt_028_track"), number="2"),
+    "fig03": Figure(uses=("belt_028", "belt_028_film", "belt_028_track"), number="3"),
+    "fig04": Figure(uses=("belt_028", "belt_028_track", "belt_035", "belt_035_track"), number="4"),
+    "fig05": Figure(uses=("belt_022", "belt_022_track"), number="5"),
+    "experiment_noise": Figure(uses=("experiment_odds", "alternation"), category="Further studies"),
+}
+
+
+# --- A recording of the last block, drawn like Figs. 4 and 5; `beltrepro analyse` calls it --------
+
+SUFFIXES = (".png", ".pdf", ".svg")
+_COLOURS = {WHOLE: style.SKY, SMALL: style.GREEN, LARGE: style.BLUE}
+_WORDS = {WHOLE: "whole", SMALL: "small amplitude", LARGE: "large amplitude"}
+HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
+
+
+@style.styled
+def save(recording, path):
+    """Draw a recording into a file; InputError for another ending than those of SUFFIXES."""
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: the name of a figure must end in {', '.join(SUFFIXES)}")
+    style.write(draw_recording(recording), path, Path(path).stem, "recording")
+
+
+@style.styled
+def draw_recording(recording):
+    """x_N(t), stretches of small amplitude shaded; below, spectra of the parts of Figs. 4 and 5."""
+    figure = style.page(3.4)
+    names = [name for name in (SMALL, LARGE, WHOLE) if name in recording.spectra]
+    if len(names) == 2:  # one part is the whole
+        names = [name for name in names if name != WHOLE]
+    above, *below = figure.subplot_mosaic([["x"] * len(names), names]).values()
+    above.set_title("\n".join(draw_trace(above, recording)))
+    for axes, name in zip(below, names, strict=True):
+        draw_spectrum(axes, recording.spectra[name], name)
+    return figure
+
+
+def draw_trace(axes, recording):
+    """x_N(t) in seconds and centimetres, with its mean; small amplitudes are shaded.
+
+    Returns two lines of words, on r and on the small amplitude.
+    """
+    time, position = recording.time_s.copy(), 100 * recording.x_m
+    # A line across a gap would show what was not seen.
+    gaps = np.flatnonzero(np.diff(time) > 3 * recording.interval_s) + 1
+    panels.trace(axes, np.insert(time, gaps, np.nan), np.insert(position, gaps, np.nan), ylabel="")
+    axes.set(xlabel="$t$ (s)", ylabel="$x_N$ (cm)", xlim=(time[0], time[-1]))
+    for begin, end in recording.small_s:
+        axes.axvspan(begin, end, color=style.GREEN, alpha=0.15, linewidth=0)
+    axes.axhline(100 * recording.mean_length, color=style.GREY, linewidth=0.8, linestyle="--")
+    longest = np.diff(recording.small_s, axis=1).max(initial=0.0)
+    share = f"small amplitude {100 * recording.small_share:.0f} % of the time"
+    return f"$r$ = {recording.disorder.words}", f"{share}, {longest:.0f} s at most"
+
+
+def draw_spectrum(axes, spectrum, name):
+    """Power spectrum of a stretch of a recording, with its power law if it has one."""
+    shown = spectrum.frequency_hz <= HIGHEST_HZ
+    frequency, power = spectrum.frequency_hz[shown], spectrum.power[shown]
+    axes.loglog(frequency, power, color=_COLOURS[name], linewidth=0.6, rasterized=True)
+    axes.set(xlabel=r"$\nu$ (Hz)", ylabel=r"$S(\nu)$ (m$^2$/Hz)", xlim=(frequency[0], HIGHEST_HZ))
+    axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
+    if 100 * frequency[0] > HIGHEST_HZ:
+        panels.plain_log(axes.xaxis)
+    title = [_WORDS[name], f"{spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"]
+    if spectrum.law:
+        band = np.array([spectrum.law.low, spectrum.law.high])
+        axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
+        title.insert(1, panels.true_minus(f"$p$ = {spectrum.exponent.words}"))
+    panels.remark(axes, "\n".join(title))  # the letter is beside the last line
+
+
+# --- Parts that the figures of the virtual experiment share (Figs. 2 to 5) ------------------------
+
+SECONDS = r"$t$ (s)"
+LENGTH = "$x_5$ (cm)"
+
+_LETTERS = 24  # in a line of words on a narrow panel
+_NOT_REAL = "virtual experiment: simulated chain, simulated camera"
+
+
+def _say_virtual(figure):
+    """Say at the top of a page that the experiment is not a real one."""
+    figure.suptitle(_NOT_REAL, size=6.5, style="italic", color=style.VERMILION)
+
+
+def speed(run):
+    """Belt speed and noise of a run in words."""
+    velocity = run.attributes["belt_velocity"]
+    return (
+        rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s = {velocity:.2f}, "
+        rf"$\sigma$ = {run.attributes['noise']:g}"
+    )
+
+
+def pixel(track, x_m, y_m=0.0):
+    """Pixel of a point, metres along the belt from the fixed point and across it from the chain."""
+    angle, (column, row) = np.radians(track.angle), track.zero
+    along, across = x_m / track.metres_per_pixel, y_m / track.metres_per_pixel
+    return (
+        column + along * np.cos(angle) - across * np.sin(angle),
+        row + along * np.sin(angle) + across * np.cos(angle),
+    )
+
+
+def _draw_film(trace, spectra, data, film):
+    """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
+    track = data[f"{film}_track"]
+    try:
+        recording = analyse(track.time_s, track.x_m)
+    except NotEnoughDataError as reason:
+        for axes in (trace, *spectra):
+            panels.note(axes, str(reason))
+        return
+    disorder, small = draw_trace(trace, recording)
+    trace.set(xlabel=SECONDS, ylabel=LENGTH)
+    printed = _printed_disorder(data[film])
+    panels.remark(trace, "\n".join([speed(data[film]), disorder + printed, small]))
+    names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
+    for axes, name in zip(spectra, names, strict=True):
+        spectrum = recording.spectra.get(name)
+        length = 0.0 if spectrum is None else spectrum.end_s - spectrum.begin_s
+        if name == SMALL and length <= LASTING_S:
+            words = (
+                f"The model does not alternate here: no stretch of small amplitude of "
+                f"{LASTING_S:.0f} s or more in {recording.observed_s:.0f} s. The longest has "
+                f"{length:.0f} s."
+            )
+            panels.note(axes, words, width=22)
+            axes.set(xticks=[], yticks=[])
+        elif spectrum is None:
+            panels.note(axes, f"no stretch of {name} amplitude")
+        else:
+            draw_spectrum(axes, spectrum, name)
+            if name == SMALL:
+                _draw_multiples(axes, recording, spectrum)
+
+
+def _printed_disorder(run):
+    """Words for r of the recording at the belt speed of a run, if the paper prints one."""
+    for recorded in measure.EXPERIMENT:
+        if measure.at_speed(recorded, run.attributes):
+            return f" (paper, recorded: {recorded.disorder_parameter:g})"
+    return ""
+
+
+def say_longest_slip(axes, run):
+    """How long all blocks of a run slip at once, at most."""
+    longest = measure.longest_slip_of_all_s(run)
+    words = f"all blocks slip at once for {longest:.2g} s at most (paper: over 60 s)"
+    panels.remark(axes, f"{axes.get_title(loc='right')}\n{words}")
+
+
+def _draw_multiples(axes, recording, spectrum):
+    """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
+    values = recording.evenly(spectrum.begin_s, spectrum.end_s)
+    with panels.shortage_on(axes, place=(0.3, 0.85)):
+        seen = BAND_HZ[0], HIGHEST_HZ
+        peaks = lines(values, recording.interval_s, band_hz=seen).peaks_hz
+        found = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
+        words = textwrap.wrap(found, _LETTERS)
+        peaks = peaks[peaks <= BAND_HZ[1]]  # those that are judged
+        if peaks.size >= LEAST_PEAKS:
+            best = spacing(peaks)
+            for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
+                axes.axvline(number * best.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
+            words += [f"multiples of {best.step_hz:.3g} Hz:", f"p = {best.p:.2g}"]
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high * (high / low) ** (0.15 * len(words)))
+        axes.text(0.03, 0.96, "\n".join(words), transform=axes.transAxes, va="top")
+
+
+# --- Fig. 1: the chain on the belt ----------------------------------------------------------------
+
+N_BLOCKS = 5
+_BLOCK = 0.62  # side of a block; places of blocks are 1, 2, ... N
+_ROLLER = 0.22
+
+
+@panels.draws(FIGURES)
+def fig01(data):
+    """Drawing of the model of Sec. III; shows no data."""
+    figure = style.page(1.1)
+    axes = figure.subplots()
+    _wall(axes)
+    _belt(axes)
+    edges = [0.0]
+    for place in 1.35 * np.arange(1, N_BLOCKS + 1):
+        _spring(axes, edges[-1], place - _BLOCK / 2)
+        _block(axes, place, last=len(edges) == N_BLOCKS)
+        edges.append(place + _BLOCK / 2)
+    end = edges[-1]
+    axes.text(0.5, 0.55, "$k$", ha="center", size=8)
+    _measure(axes, end - _BLOCK / 2)
+    axes.set(xlim=(-0.35, end + 1.25), ylim=(-0.6, 1.4), aspect="equal")
+    axes.axis("off")
+    return figure
+
+
+def _wall(axes):
+    axes.add_patch(
+        Rectangle((-0.2, -0.55), 0.2, 1.5, facecolor="0.85", edgecolor="0.5", hatch="////", lw=0)
+    )
+    axes.plot([0, 0], [-0.55, 0.95], color="black", linewidth=1.4)
+
+
+def _belt(axes):
+    begin, end = 0.25, 1.35 * N_BLOCKS + 0.95
+    corner, size = (begin + _ROLLER, -2 * _ROLLER), (end - begin - 2 * _ROLLER, 2 * _ROLLER)
+    look = {"facecolor": "0.93", "edgecolor": "black", "linewidth": 1.2}
+    rounded = f"round,pad=0,rounding_size={_ROLLER}"
+    axes.add_patch(FancyBboxPatch(corner, *size, boxstyle=rounded, **look))
+    for place in np.linspace(begin + 2 * _ROLLER, end - 2 * _ROLLER, 6):
+        centre = (place, -_ROLLER)
+        axes.add_patch(Circle(centre, 0.72 * _ROLLER, facecolor="white", edgecolor="0.35"))
+        axes.add_patch(Circle(centre, 0.03, color="0.35"))
+    _arrow(axes, (end - 0.12, 0.22), (end + 0.62, 0.22), style.VERMILION)
+    axes.text(end + 0.25, 0.32, "$u$", ha="center", size=9, color=style.VERMILION)
+
+
+def _block(axes, place, *, last):
+    colour, ink = ("white", "black") if last else ("0.25", "white")
+    look = {"facecolor": colour, "edgecolor": "black", "linewidth": 1.2}
+    axes.add_patch(Rectangle((place - _BLOCK / 2, 0.02), _BLOCK, _BLOCK, **look))
+    axes.text(place, _BLOCK / 2, "$m$", ha="center", va="center", size=8, color=ink)
+
+
+def _spring(axes, begin, end, *, turns=6, height=0.10):
+    middle = _BLOCK / 2
+    lead = 0.15 * (end - begin)
+    along = np.linspace(begin + lead, end - lead, 40 * turns)
+    wave = height * np.sin(np.linspace(0, 2 * np.pi * turns, along.size))
+    axes.plot(
+        [begin, *along, end], [middle, *(middle + wave), middle], color=style.BLUE, linewidth=0.8
+    )
+
+
+def _measure(axes, place):
+    """The position of the last block, from the wall."""
+    height = _BLOCK + 0.42
+    axes.plot([place] * 2, [_BLOCK + 0.05, height + 0.1], "k:", linewidth=0.8)
+    _arrow(axes, (0, height), (place, height), "black", style="<|-|>")
+    axes.text(place / 2, height + 0.08, "$x_N$", ha="center", size=9)
+
+
+def _arrow(axes, begin, end, colour, style="-|>"):
+    look = {"arrowstyle": style, "mutation_scale": 7, "color": colour, "linewidth": 1.3}
+    axes.add_patch(FancyArrowPatch(begin, end, shrinkA=0, shrinkB=0, **look))
+
+
+# --- Fig. 2: snapshot of the experiment -----------------------------------------------------------
+
+
+@panels.draws(FIGURES)
+def fig02(data):
+    """The first frame of the film, with the names of its parts."""
+    run = data["belt_028"]
+    picture = next(data["belt_028_film"]()).picture
+    figure = style.page(1.25)
+    _say_virtual(figure)
+    axes = figure.subplots()
+    height, width = picture.shape
+    axes.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    places = to_si(run.arrays["positions"], "length")
+    if len(places):
+        _name_parts(axes, partial(pixel, data["belt_028_track"]), places[0])
+    else:
+        panels.note(axes, "no samples")
+    axes.set(xlim=(-0.5, width - 0.5), ylim=(height + 55, -60), xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+    return figure
+
+
+def _name_parts(axes, pixel, blocks_m):
+    """Blocks are named above the picture, what else there is below it."""
+    scene = Scene()
+    half = scene.block_width / 2
+    for number, place in enumerate(blocks_m, 1):
+        # a long word beside another would run into it: only the first has room
+        words = {1: "block 1", len(blocks_m): f"{number}, white"}.get(number, f"{number}")
+        _point(axes, words, pixel(place, -half), -35)
+    tape = half + scene.tape_gap + scene.tape_width / 2
+    _point(axes, "fixed point", pixel(0.0, half / 2), 35, align="left")
+    _point(axes, "tape measure", pixel(0.45, tape), 35)
+    middle = (blocks_m[-2] + blocks_m[-1]) / 2
+    _point(axes, "spring", pixel(middle, scene.spring_width / 2), 35)
+    begin, end = pixel(blocks_m[-1] + 0.06), pixel(blocks_m[-1] + 0.16)
+    arrow = {"arrowstyle": "-|>", "color": style.ORANGE, "linewidth": 1.6}
+    axes.annotate("", end, begin, arrowprops=arrow)
+    axes.annotate("belt, $u$", begin, (0, 4), textcoords="offset points", color=style.ORANGE)
+
+
+def _point(axes, words, place, beyond, *, align="center"):
+    """Words above (beyond < 0) or below the picture, with a line to a place in it."""
+    height = axes.images[0].get_array().shape[0]
+    outside = beyond if beyond < 0 else height + beyond
+    line = {"arrowstyle": "-", "color": style.SKY, "linewidth": 0.8}
+    look = {"ha": align, "va": "center"}
+    axes.annotate(words, place, (place[0], outside), arrowprops=line, **look)
+
+
+# --- Fig. 3: thresholded frames, and the place of the last block in them --------------------------
+
+STRIPS = 24
+SHOWN_S = 10.0
+_NEAR_S = 1e-3  # instants of a table and of its film
+
+
+@panels.draws(FIGURES)
+def fig03(data):
+    """Left: frames about the fastest slip of the first seconds; right: x_5(t)."""
+    track = data["belt_028_track"]
+    figure = style.page(3.4)
+    _say_virtual(figure)
+    left, right = figure.subplots(1, 2, width_ratios=(1.7, 1))
+    if track.time_s.size < STRIPS:
+        for axes in (left, right):
+            panels.note(axes, f"the block is found in {track.time_s.size} frames only")
+        return figure
+    begin = _about_fastest_slip(track)
+    chosen = slice(begin, begin + STRIPS)
+    first, last = track.time_s[chosen][[0, -1]]
+    frames = itertools.takewhile(lambda f: f.time_s < last + _NEAR_S, data["belt_028_film"]())
+    pictures = [frame.picture for frame in frames if frame.time_s > first - _NEAR_S][:STRIPS]
+
+    panels.letter(left, "a")
+    panels.letter(right, "b")
+    time, position = track.time_s[chosen], 100 * track.x_m[chosen]
+    _draw_strips(left, pictures, track, position.mean() / 100)
+    left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=3.5)
+    left.set_yticks(np.arange(0, len(time), 4) + 0.5, [f"{instant:.2f}" for instant in time[::4]])
+    left.set(xlabel=LENGTH, ylabel=SECONDS)
+    panels.remark(left, speed(data["belt_028"]))
+
+    shown = track.time_s <= SHOWN_S
+    panels.trace(right, track.time_s[shown], 100 * track.x_m[shown], ylabel=LENGTH)
+    right.axvspan(time[0], time[-1], color=style.ORANGE, alpha=0.35, linewidth=0)
+    right.set_xlabel(SECONDS)
+    return figure
+
+
+def _about_fastest_slip(track):
+    """Number of the first place of a second, with the fastest way back in its middle."""
+    shown = track.time_s <= SHOWN_S
+    speed = np.diff(track.x_m[shown]) / np.diff(track.time_s[shown])
+    return int(np.clip(speed.argmin() - STRIPS // 2, 0, max(0, shown.sum() - STRIPS)))
+
+
+def _draw_strips(axes, pictures, track, middle_m):
+    """Thresholded pictures, cut to the lane of the chain at this place, one below the other."""
+    half = 0.53 * Scene().block_width
+    top, bottom = (round(pixel(track, middle_m, side)[1]) for side in (-half, half))
+    lane = slice(max(0, top), bottom)
+    strips = [white(picture, track.metres_per_pixel)[lane] for picture in pictures]
+    width, scale = pictures[0].shape[1], 100 * track.metres_per_pixel
+    edges = (np.array([-0.5, width - 0.5]) - track.zero[0]) * scale
+    look = {"cmap": "gray", "aspect": "auto", "interpolation": "nearest"}
+    axes.imshow(np.vstack(strips), extent=(*edges, len(strips), 0), **look)
+    axes.set_xlim(0, edges[1])
+    for number in range(1, len(strips)):
+        axes.axhline(number, color=style.GREY, linewidth=0.4)
+
+
+# --- Fig. 4: x_5(t) at 0.28 m/s, with spectra of small and of large amplitudes --------------------
+
+
+@panels.draws(FIGURES)
+def fig04(data):
+    """a to c: x_5(t) at 0.28 m/s and its spectra; d to f: the same at 0.35 m/s."""
+    figure = style.page(5.8)
+    _say_virtual(figure)
+    places = figure.subplot_mosaic([["a", "a"], ["b", "c"], ["d", "d"], ["e", "f"]])
+    for name, axes in places.items():
+        panels.letter(axes, name)
+    _draw_film(places["a"], (places["b"], places["c"]), data, "belt_028")
+    _draw_film(places["d"], (places["e"], places["f"]), data, "belt_035")
+    return figure
+
+
+# --- Fig. 5: x_5(t) at 0.22 m/s, with its spectrum ------------------------------------------------
+
+_ENLARGED_S = 60.0  # in which single slips are seen
+
+
+@panels.draws(FIGURES)
+def fig05(data):
+    """a: x_5(t); b: the spectrum of all of it; c: a minute of it."""
+    figure = style.page(4.4)
+    _say_virtual(figure)
+    above, below, enlarged = figure.subplots(3, 1)
+    for axes, mark in zip((above, below, enlarged), "abc", strict=True):
+        panels.letter(axes, mark)
+    _draw_film(above, (below,), data, "belt_022")
+    say_longest_slip(above, data["belt_022"])
+    track = data["belt_022_track"]
+    middle = (track.time_s[0] + track.time_s[-1]) / 2
+    window = middle - _ENLARGED_S / 2, middle + _ENLARGED_S / 2
+    panels.zoom(above, enlarged, track.time_s, 100 * track.x_m, window)
+    enlarged.set(xlabel=SECONDS, ylabel=LENGTH)
+    return figure
+
+
+# --- Not in the paper: what trials of its length say about the recordings of the experiment -------
+
+_LINES = 4  # most friction ratios shown as lines
+_SPEED_COLOURS = (style.BLUE, style.VERMILION)
+
+
+@panels.draws(FIGURES)
+def experiment_noise(data):
+    """a: r against noise; b: alternation against u."""
+    figure = style.page(2.8)
+    disorder, alternating = figure.subplots(1, 2)
+    _draw_disorder(disorder, data["experiment_odds"])
+    _draw_alternation(alternating, data["alternation"])
+    panels.letters(disorder, alternating)
+    return figure
+
+
+def _draw_disorder(axes, odds):
+    """r at each noise, a colour for each speed; the printed r as lines."""
+    axes.set(xlabel=panels.NOISE, ylabel=panels.DISORDER, ylim=(0, 0.16))
+    rows = odds[(odds["dataset"] == "trials") & odds["noise"].notna()]
+    if rows.empty:
+        panels.note(axes, "no trials")
+        return
+    axes.set_xscale("log")
+    panels.plain_log(axes.xaxis)
+    for (speed, at_speed), colour, shift in zip(
+        rows.groupby("speed_m_s"), _SPEED_COLOURS, (0.96, 1.04), strict=False
+    ):
+        place, look = at_speed["noise"] * shift, {"color": colour, "markersize": 4}
+        middle = {"fmt": "o", "elinewidth": 1.2, "label": f"{speed:g} m/s"}
+        axes.errorbar(place, at_speed["r"], _reaches(at_speed, "r"), **middle, **look)
+        axes.plot(place, at_speed["r_least"], "v", markerfacecolor="none", **look)
+        axes.axhline(at_speed["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
+    axes.legend(loc="lower left", ncols=2, handlelength=1.0, title="lines: experiment")
+
+
+def _draw_alternation(axes, table):
+    """Share of alternating trials of all noises against u, a line for each friction ratio."""
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
+    if table.empty:
+        panels.note(axes, "no trials with free constants")
+        return
+    counts = table.groupby(["friction_ratio", "belt_velocity"])[["alternating", "runs"]].sum()
+    for index, ratio in enumerate(_shown(table["friction_ratio"].unique())):
+        velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
+        middle, low, high = np.transpose([estimates.share(*row).numbers for row in rows])
+        look = style.line_style(index) | {"label": f"{ratio:g}", "markersize": 3}
+        bars = np.abs([low - middle, high - middle])
+        axes.errorbar(velocity, middle, bars, linewidth=0.9, elinewidth=0.7, **look)
+    for observation, colour in zip(measure.EXPERIMENT, _SPEED_COLOURS, strict=True):
+        axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
+    axes.legend(loc="lower right", title="$f_s$", handlelength=1.8)
+
+
+def _shown(ratios):
+    """The printed friction ratio and the larger ones, at most some, evenly spread."""
+    larger = np.sort(ratios[ratios > measure.FRICTION_RATIO - 1e-9])
+    return larger[np.unique(np.linspace(0, larger.size - 1, _LINES).round().astype(int))]
+
+
+def _reaches(rows, name):
+    """Lengths of error bars (2, R)."""
+    ends = rows[[f"{name}_lower", f"{name}_upper"]].to_numpy().T
+    return np.abs(ends - rows[name].to_numpy())

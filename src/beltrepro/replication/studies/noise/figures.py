@@ -1,0 +1,352 @@
+"""Figs. 13 to 18: noise and the transition, and intermittency."""
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, LogNorm
+
+from beltrepro.replication.drawing import alternation, marks, panels, replicate_panels, style
+from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.noise import measure
+from beltrepro.replication.verdicts.ledger import printed
+from beltrepro.stats import intermittency, sections
+
+FIGURES = {
+    "fig13": Figure(
+        uses=("n5_replicates", "n5_replicates_check", "n5_rows", "n5_rows_check"), number="13"
+    ),
+    "fig14": Figure(uses=("n5_rows", "n5_u7"), number="14", shows={"sigma-c-u7": ("sigma_c",)}),
+    "fig15": Figure(uses=("n5_columns",), number="15"),
+    "fig16": Figure(uses=("u17", "u19", "n5_replicates"), number="16"),
+    "fig17": Figure(uses=("n5_rows",), number="17"),
+    "fig18": Figure(uses=("n5_map", "n5_replicates"), number="18"),
+}
+
+
+# --- Fig. 13: the fall of r at several noise levels -----------------------------------------------
+
+LEFT_OUT = (0.25, 0.5)  # levels at which nothing differs from those beside them
+
+
+@panels.draws(FIGURES)
+def fig13(data):
+    """a: r(u) of single runs of five blocks, for each noise; b: r of independent runs."""
+    figure = style.page(4.2)
+    axes = figure.subplots(2, 1, sharey=True)
+    noises = sorted({s for name in ("n5_replicates", "n5_rows") for s in _levels(data[name])})
+    for panel, mark, name in zip(axes, "ab", ("n5_rows", "n5_replicates"), strict=True):
+        panels.letter(panel, mark)
+        for scan, _ in panels.layers(data, name):
+            for noise in _levels(scan):
+                row = sections.rows(scan, n_blocks=5, noise=noise)
+                scheme = panels.METHODS["verlet"]
+                overlay = scheme if (row["method"].astype(str) == "verlet").all() else ""
+                points = row["belt_velocity"], row["disorder_parameter"]
+                draw_row = _single_runs if mark == "a" else _replicates
+                draw_row(panel, points, noise, noises.index(noise), overlay)
+        panels.finish_curves(panel, xlabel=panels.BELT_VELOCITY)
+    _printed(axes[0])
+    axes[0].set_xlim(left=0)
+    return figure
+
+
+def _replicates(axes, points, noise, index, overlay):
+    """Runs, and their means with noise; crosses for the paper's scheme."""
+    colour = style.line_style(index)["color"]
+    if overlay:
+        replicate_panels.crosses(axes, *points, colour, overlay)
+    else:
+        # Without noise several branches coexist at most u.
+        alone = {} if noise else {"linestyle": "none", "apart": 0.0}
+        label = rf"$\sigma = {noise:g}$"
+        replicate_panels.draw_runs(axes, *points, index, label=label, **alone)
+
+
+def _single_runs(axes, points, noise, index, overlay):
+    label = rf"$\sigma = {noise:g}$"
+    panels.single_runs(axes, *points, index, label=label, overlay=overlay)
+
+
+def _printed(axes):
+    """Critical velocities of the paper."""
+    axes.set_ylim(top=1.15 * axes.get_ylim()[1])
+    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
+    for velocity, words, side in (
+        (printed("u-critical"), r"paper: $u_c$ at $\sigma = 0$", "right"),
+        (printed("uc-sigma22")["u_c"], r"at $\sigma = 2.2$", "left"),
+    ):
+        look = {"color": style.BLACK, "markersize": 7, "markeredgewidth": 1.4}
+        axes.plot(velocity, 0.94, "|", transform=axes.get_xaxis_transform(), **look)
+        shift = (-4 if side == "right" else 4), 0
+        axes.annotate(words, (velocity, 0.94), xytext=shift, ha=side, **place)
+
+
+def _levels(scan):
+    return [noise for noise in panels.levels(scan, "noise") if noise not in LEFT_OUT]
+
+
+# --- Fig. 14: periodic windows and noise ----------------------------------------------------------
+
+BELT_VELOCITY = 7.0
+
+
+@panels.draws(FIGURES)
+def fig14(data):
+    """a: v_N at the section against u, a strip for each noise; b: r(sigma) at u = 7."""
+    figure = style.page(6.4)
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=(2.2, 1))
+    _strips(upper, data["n5_rows"])
+    below = figure.add_subplot(lower)
+    panels.letter(below, "b")
+    _column(below, data["n5_u7"])
+    return figure
+
+
+def _strips(place, scan):
+    """Bifurcation diagrams below each other, the weakest noise at the top."""
+    levels = panels.levels(scan, "noise")
+    rows = place.subgridspec(max(levels.size, 1), 1)
+    strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
+    panels.letter(strips[0], "a")
+    for axes, noise in zip(strips, levels, strict=False):
+        row = sections.rows(scan, n_blocks=5, noise=noise)
+        panels.band_diagram(axes, row, size=1.3)
+        panels.finish_diagram(axes)
+        panels.remark(axes, rf"$\sigma = {noise:g}$")
+        axes.set_ylabel(panels.VELOCITY)
+    strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
+
+
+def _column(axes, scan):
+    """r(sigma) at one belt velocity, with the noise at which it rises, here and in the paper."""
+    column = sections.columns(scan, n_blocks=5, belt_velocity=BELT_VELOCITY)
+    noise, disorder = column["noise"], column["disorder_parameter"]
+    replicate_panels.draw_runs(axes, noise, disorder, 0)
+    panels.finish_curves(axes, xlabel=panels.NOISE)
+    words, critical = f"$u = {BELT_VELOCITY:g}$", np.nan
+    with panels.shortage_on(axes, place=(0.5, 0.25)):
+        critical = measure.rise(noise, disorder)["critical"].value
+        if np.isfinite(critical):
+            line = axes.axvline(critical, color=style.VERMILION, linestyle="--", zorder=0)
+            words += rf": $\sigma_c = {critical:.2f}$"
+            marks.shown(line, "sigma-c-u7", "sigma_c")
+    value = printed("sigma-c-u7")
+    axes.axvline(value, color=style.BLACK, linestyle=":", zorder=0)
+    text = panels.remark(axes, f"{words} (dashed), paper: {value} (dotted)")
+    if np.isfinite(critical):
+        marks.shown(text, "sigma-c-u7", "sigma_c")
+
+
+# --- Fig. 15: r rises with noise ------------------------------------------------------------------
+
+GUIDE = 5.0  # a line at this sigma, only to guide the eye
+
+
+@panels.draws(FIGURES)
+def fig15(data):
+    """r(sigma) of five blocks: a run at each point, and all runs, a panel for each u."""
+    velocities = panels.levels(data["n5_columns"], "belt_velocity")
+    figure = style.page(4.6)
+    places = {(5, u): f"$u = {u:g}$" for u in velocities}
+    for axes in replicate_panels.against_noise(figure, data, "n5_columns", places, across=3):
+        axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
+    return figure
+
+
+# --- Fig. 16: noise-induced intermittency ---------------------------------------------------------
+
+SHOWN = 60000.0  # length of the part of a series that is drawn
+VELOCITIES = (13.7, 24.3)  # shown in e
+
+
+@panels.draws(FIGURES)
+def fig16(data):
+    """a, b: x_N(t); c, d: spectra after the transient; e: share of laminar phases against u."""
+    scan = data["n5_replicates"]
+    laminar_time = scan.attributes["laminar_time"]
+    figure = style.page(5.2)
+    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"], ["e", "e"]])
+    for mark, axes in places.items():
+        panels.letter(axes, mark)
+    below = places["e"]
+    for mark, spectrum, name in (("a", "c", "u17"), ("b", "d", "u19")):
+        series = data[name]
+        window = alternation.half_laminar(series, laminar_time, SHOWN)
+        alternation.trace(places[mark], series, laminar_time, window)
+        places[mark].set_xlabel(panels.TIME)
+        places[mark].locator_params(axis="x", nbins=5)
+        panels.spectrum(places[spectrum], series)
+        velocity = series.attributes["belt_velocity"]
+        panels.remark(places[spectrum], f"$u = {velocity:g}$")
+        below.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
+    noise = data["u17"].attributes["noise"]
+    row = sections.rows(scan, n_blocks=5, noise=noise)
+    share = row["belt_velocity"], row["laminar_fraction"]
+    replicate_panels.draw_runs(below, *share, 0, apart=np.inf)
+    below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
+    below.set_xlim(*VELOCITIES)
+    if not below.has_data() or not row["noise"].size:
+        panels.note(below, "no run at this noise")
+    panels.remark(below, rf"$\sigma = {noise:g}$")
+    return figure
+
+
+# --- Fig. 17: natural distribution over belt velocity ---------------------------------------------
+
+NOISES = (0.0, 1.0, 5.0, 10.0)
+BINS = 120
+FOOT = 0.04  # height of the marks, as a share of the panel
+DECADES = 3  # range of the colours below the largest density, at most
+
+
+@panels.draws(FIGURES)
+def fig17(data):
+    """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
+    rows = {s: sections.rows(data["n5_rows"], n_blocks=5, noise=s) for s in NOISES}
+    span = _span(rows.values())
+    figure = style.page(4.0)
+    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    maps = {
+        noise: measure.velocity_density(row, bins=BINS, range=span)
+        for noise, row in rows.items()
+        if np.isfinite(row["section_velocity"]).any()
+    }
+    norm, extend = _colours([density for _, _, density in maps.values()])
+    image = None
+    for axes, mark, noise in zip(grid.flat, "abcd", NOISES, strict=True):
+        panels.letter(axes, mark)
+        axes.set_title(rf"$\sigma = {noise:g}$")
+        if noise not in maps:
+            panels.note(axes, "no crossing of the section at this noise in this scan")
+            continue
+        u_edges, v_edges, share = maps[noise]
+        axes.set_facecolor("0.93")
+        image = axes.pcolormesh(
+            u_edges, v_edges, np.where(share > 0, share, np.nan), norm=norm, rasterized=True
+        )
+        _marks(axes, rows[noise], span)
+    for axes in grid[-1]:
+        axes.set_xlabel(panels.BELT_VELOCITY)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(panels.VELOCITY)
+    if image is not None:
+        bar = figure.colorbar(
+            image, ax=grid, pad=0.02, aspect=40, extend=extend, location="bottom", format="%g"
+        )
+        bar.minorticks_off()
+        bar.set_label("density of $v_N$ at given $u$")
+    return figure
+
+
+def _marks(axes, row, span):
+    """At the foot of each u: whether the last block slips on, or both motions take turns."""
+    low, high = intermittency.LAMINAR_SHARE
+    share = sections.spread(row["belt_velocity"], row["laminar_fraction"])
+    foot = span[0] - FOOT / 2 * (span[1] - span[0])
+    for chosen, colour in (
+        (share.mean > high, style.BLUE),
+        ((share.mean >= low) & (share.mean <= high), style.ORANGE),
+    ):
+        if chosen.any():
+            places = share.place[chosen]
+            axes.plot(places, np.full(places.size, foot), "|", color=colour, markersize=5)
+    axes.set_ylim(span[0] - FOOT * (span[1] - span[0]), span[1])
+
+
+def _span(rows):
+    """Range of v_N that holds all section velocities of these rows."""
+    values = np.concatenate([row["section_velocity"].ravel() for row in rows])
+    return float(np.floor(min(values[np.isfinite(values)], default=-1.0))), 0.0
+
+
+def _colours(densities):
+    """(norm, extend): logarithmic colours for all panels, and whether some densities lie below."""
+    positive = np.concatenate([density[density > 0] for density in densities] or [np.ones(1)])
+    lowest = max(positive.min(), positive.max() / 10**DECADES)
+    return LogNorm(lowest, positive.max()), "min" if positive.min() < lowest else "neither"
+
+
+# --- Fig. 18: map of the disorder parameter -------------------------------------------------------
+
+STEP = 0.02  # of r, from one colour to the next
+_ONE_MOTION = 0.5  # largest range of the laminar shares at one u, for a line to join their means
+UNSHOWN = (0.5,)  # noise at which b shows what it shows at 0 and 1
+
+
+@panels.draws(FIGURES)
+def fig18(data):
+    """a: r over the plane (u, sigma), dots where `intermittent_mask` holds; b: laminar shares."""
+    points = data["n5_map"].arrays
+    points = sections.select(points, points["n_blocks"] == 5)
+    figure = style.page(4.6)
+    above, below = figure.subplots(2, 1, height_ratios=(1.7, 1))
+    panels.letter(above, "a")
+    above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
+    if points["noise"].size:
+        _map(figure, above, points)
+        _dots(above, points)
+    else:
+        panels.note(above, "no points in this scan")
+    panels.letter(below, "b")
+    _shares(below, data["n5_replicates"])
+    return figure
+
+
+def _map(figure, axes, points):
+    velocities, noises, disorder = _table(points)
+    highest = np.nanmax(disorder) if np.isfinite(disorder).any() else STEP
+    levels = STEP * np.arange(np.ceil(highest / STEP - 1e-9) + 1)
+    image = axes.pcolormesh(
+        measure.cell_edges(velocities),
+        measure.cell_edges(noises),
+        disorder,
+        cmap="viridis",
+        norm=BoundaryNorm(levels, 256),
+        rasterized=True,
+    )
+    figure.colorbar(image, ax=axes, pad=0.01, label=panels.DISORDER)
+
+
+def _dots(axes, points):
+    """White dots at the ends of the intermittent range at each noise, small ones between them."""
+    mask = intermittency.intermittent_mask(points)
+    if not mask.any():
+        panels.remark(axes, "no point is intermittent")
+        return
+    panels.remark(axes, "white: motion alternates")
+    velocity, noise = points["belt_velocity"][mask], points["noise"][mask]
+    ends = np.zeros(velocity.size, dtype=bool)
+    for level in np.unique(noise):
+        here = velocity[noise == level]
+        ends |= (noise == level) & ((velocity == here.min()) | (velocity == here.max()))
+    look = {"color": "white", "markeredgecolor": "black", "clip_on": False}
+    axes.plot(velocity[~ends], noise[~ends], ".", markersize=1.2, color="white")
+    axes.plot(velocity[ends], noise[ends], "o", markersize=3.2, markeredgewidth=0.5, **look)
+
+
+def _shares(axes, scan):
+    noises = [noise for noise in panels.levels(scan, "noise") if noise not in UNSHOWN]
+    for index, noise in enumerate(noises):
+        row = sections.rows(scan, n_blocks=5, noise=noise)
+        share = row["belt_velocity"], row["laminar_fraction"]
+        label = rf"$\sigma = {noise:g}$"
+        spread = sections.spread(*share, share=1.0)
+        # runs that keep to one of both motions have a mean, but no motion has it
+        agree = np.all(spread.high - spread.low <= _ONE_MOTION)
+        look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
+        replicate_panels.draw_runs(axes, *share, index, label=label, **look)
+    for limit in intermittency.LAMINAR_SHARE:
+        axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
+    panels.legend_above(axes)
+    if not noises:
+        panels.note(axes, "no run with five blocks")
+
+
+def _table(points):
+    """(u (U,), sigma (S,), r (S, U)): median over replicates, NaN where the map has no point."""
+    velocities, column = np.unique(points["belt_velocity"], return_inverse=True)
+    noises, line = np.unique(points["noise"], return_inverse=True)
+    disorder = np.full((noises.size, velocities.size), np.nan)
+    cell = line * velocities.size + column
+    for place in np.unique(cell):
+        disorder.flat[place] = np.median(points["disorder_parameter"][cell == place])
+    return velocities, noises, disorder

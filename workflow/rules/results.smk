@@ -1,0 +1,133 @@
+# Results: tables, figures, each a target of its own, claims, and the report that shows everything.
+
+
+rule derive:
+    "Derive a table from datasets. Beside the CSV file lies what made it (CSV on the Web)."
+    input:
+        unpack(FLOW.sources),
+    output:
+        table="<results>/{table}.csv",
+        about="<results>/{table}.csv-metadata.json",
+    log:
+        "<logs>/{table}.log",
+    benchmark:
+        "<benchmarks>/{table}.tsv"
+    priority: BEFORE_FIGURES
+    conda:
+        "../envs/beltrepro.yaml"
+    params:
+        module=lambda wildcards: FLOW.table(wildcards).module,
+        title=lambda wildcards: FLOW.table(wildcards).title,
+        columns=lambda wildcards: FLOW.table(wildcards).columns,
+        expected=FLOW.expected_of_sources,
+        code=lambda wildcards: FLOW.code("derive", FLOW.table(wildcards).module),
+    message:
+        "Deriving {wildcards.table}.csv"
+    script:
+        "../scripts/derive.py"
+
+
+rule draw:
+    "Draw a figure as PNG and PDF."
+    input:
+        unpack(FLOW.sources),
+    output:
+        png="<results>/figures/{figure}.png",
+        pdf="<results>/figures/{figure}.pdf",
+    log:
+        "<logs>/figures/{figure}.log",
+    benchmark:
+        "<benchmarks>/figures/{figure}.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    params:
+        expected=FLOW.expected_of_figure,
+        module=lambda wildcards: FLOW.figures[wildcards.figure].module,
+        code=FLOW.code_of_figure,
+    message:
+        "Drawing {wildcards.figure}"
+    script:
+        "../scripts/figure.py"
+
+
+rule figures:
+    "All figures."
+    input:
+        FLOW.drawn("png", "pdf"),
+    localrule: True
+
+
+# Only names: `snakemake --cores 2 fig12`. Their sentences in `snakemake --list` are the titles.
+for name, entry in FLOW.figures.items():
+
+    rule:
+        name:
+            name
+        input:
+            multiext(f"<results>/figures/{name}", ".png", ".pdf"),
+        localrule: True
+
+    workflow.get_rule(name).docstring = entry.title
+
+
+rule agreement:
+    "Whether the two integrators agree: agreement.csv and its figures."
+    input:
+        FLOW.file_of("agreement"),
+        FLOW.drawn("png", "pdf", category="Integrators compared"),
+    localrule: True
+
+
+rule claims:
+    "A verdict for every claim of the paper, and the numbers it rests on."
+    input:
+        **FLOW.files_of(*FLOW.judged),
+    output:
+        claims="<results>/claims.csv",
+        estimates="<results>/estimates.csv",
+        about=[f"<results>/{name}.csv-metadata.json" for name in ("claims", "estimates")],
+    log:
+        "<logs>/claims.log",
+    benchmark:
+        "<benchmarks>/claims.tsv"
+    priority: BEFORE_FIGURES
+    conda:
+        "../envs/beltrepro.yaml"
+    params:
+        settings=FLOW.plan.settings(),
+        expected=FLOW.expected(*FLOW.judged),
+        shown={name: figure.shows for name, figure in FLOW.figures.items()},
+        code=lambda wildcards: FLOW.code("claims", "beltrepro.replication.studies.every_claim"),
+    message:
+        "Measuring the claims"
+    script:
+        "../scripts/claims.py"
+
+
+rule report:
+    "One page with every figure, the table of claims and what was run: report.html."
+    input:
+        **FLOW.files_of(*FLOW.tables),
+        datasets=FLOW.datasets(),
+        claims="<results>/claims.csv",
+        estimates="<results>/estimates.csv",
+        figures=FLOW.drawn("png"),
+        compared=FLOW.compared(),
+    output:
+        "<results>/report.html",
+    log:
+        "<logs>/report.log",
+    benchmark:
+        "<benchmarks>/report.tsv"
+    conda:
+        "../envs/beltrepro.yaml"
+    params:
+        preset=FLOW.plan.preset,
+        settings=FLOW.plan.settings(),
+        benchmarks=f"results/{RUN}/benchmarks",
+        expected=FLOW.expected_of_report(),
+        code=lambda wildcards: FLOW.code("report", "beltrepro.replication.report.page", words=True),
+    message:
+        "Writing the report"
+    script:
+        "../scripts/report.py"
