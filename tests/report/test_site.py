@@ -9,12 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import beltrepro
 from beltrepro.replication.plan import kinds, registry
 from beltrepro.replication.plan.config import schema
+from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.verdicts.ledger import load_ledger
 from extensions import claims_and_figures, configuration
+from made_up import data
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
@@ -69,6 +72,24 @@ def test_the_tutorial_draws_its_figure(tmp_path):
     assert (tmp_path / "pull.png").stat().st_size > 10_000
     means = [float(one) for one in re.findall(r"mean from ([\d.]+) to ([\d.]+)", done.stdout)[0]]
     assert np.allclose(means, 0.45, atol=0.005)
+
+
+def test_the_study_of_the_guide_is_planned_and_drawn(tmp_path):
+    page = ROOT / "CONTRIBUTING.md"
+    (entry,), (question, figures) = blocks(page, "yaml"), blocks(page)
+    assert len((entry + question + figures).splitlines()) <= 50
+    config = yaml.safe_load((ROOT / "config.yaml").read_text()) | {"preset": "smoke"}
+    config["datasets"] |= yaml.safe_load(entry)
+    assert len(make_plan(config).datasets["linear_limits"].points) == 3 * 9 * 4
+    (tmp_path / "figures.py").write_text(figures, encoding="utf-8")
+    assert registry.figures(tmp_path)["linear_limits"].uses == ("linear_limits",)
+    names: dict = {}
+    exec(compile(figures, "figures.py", "exec"), names)
+    u, limit = np.tile([10.0, 20.0], 2), np.repeat([10.0, 20.0], 2)
+    arrays = {"belt_velocity": u, "linear_limit": limit, "disorder_parameter": 0.1 + u / 1000}
+    drawn = names["linear_limits"]({"linear_limits": data(arrays)})
+    assert drawn.axes[0].lines
+    assert arrays.keys() <= kinds.KINDS["scan"].arrays.keys()
 
 
 def test_configuration_has_every_key_and_array():
