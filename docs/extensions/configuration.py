@@ -2,29 +2,29 @@
 
 from pathlib import Path
 
-from beltrepro.replication.plan import config, kinds, points
+from beltrepro.replication.camera.scene import camera_settings
+from beltrepro.replication.plan import kinds, points
+from beltrepro.replication.plan.config import Config
 from extensions import plain, table, write
 
-_LIMITS = {
-    "minimum": "{} or more",
-    "exclusiveMinimum": "more than {}",
-    "maximum": "at most {}",
-    "exclusiveMaximum": "less than {}",
-    "pattern": "matches {}",
-}
+_LIMITS = {"ge": "{} or more", "gt": "more than {}", "le": "at most {}", "lt": "less than {}"}
+_LIMITS |= {"minimum": _LIMITS["ge"], "exclusiveMinimum": _LIMITS["gt"]}
+_LIMITS |= {"maximum": _LIMITS["le"], "exclusiveMaximum": _LIMITS["lt"], "pattern": "matches {}"}
 
 
 def page() -> str:
     """Every key: where it stands, what it is, what is allowed; and the arrays of each kind."""
-    schema = config.schema()
+    schema = Config.model_json_schema()
     parts = schema["$defs"]
     text = ["# Configuration", plain(schema["description"]), "## Top level", _keys(schema)]
     of_dataset = parts["Dataset"]["properties"].keys()
     for name, part in parts.items():
         keys = part.get("properties", {}).keys()
-        # what a dataset may give stands in its table; grids of single quantities are said there
-        if "description" in part and keys and not keys < of_dataset and "_" not in name:
+        if "description" in part and keys and not keys < of_dataset:  # else it stands there
             text += [f"## {name}", plain(part["description"]), _keys(part)]
+    camera = {name: plain(one.metadata["words"]) for name, one in camera_settings().items()}
+    rows = [(f"`{name}`", words) for name, words in camera.items()]
+    text += ["## Camera", table(["key", "what it is"], rows)]
     text.append("## Kinds of datasets")
     for kind in kinds.KINDS.values():
         settings = ", ".join(f"`{name}`" for name in kind.settings)
@@ -55,12 +55,14 @@ def _words(name: str) -> str:
 
 
 def _allowed(about: dict) -> str:
-    """What a value may be, in words."""
-    choices = about.get("anyOf") or about.get("oneOf")
-    if choices:
-        return " or ".join(dict.fromkeys(map(_allowed, choices)))
+    """What a value may be, in words; of a grid, what one value of it may be."""
+    while "oneOf" in about:
+        about = about["oneOf"][0]
+    if "anyOf" in about:
+        return " or ".join(map(_allowed, about["anyOf"]))
     if "$ref" in about:
-        return f"see {about['$ref'].rpartition('/')[2].partition('_')[0]}"
+        name = about["$ref"].rpartition("/")[2]
+        return "keys of a dataset" if name in ("Law", "Axes", "Defaults") else f"see {name}"
     values = about.get("enum") or ([about["const"]] if "const" in about else [])
     if values:
         return ", ".join(f"`{value}`" for value in values)

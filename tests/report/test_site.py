@@ -12,8 +12,9 @@ import pytest
 import yaml
 
 import beltrepro
+from beltrepro.replication.camera.scene import camera_settings
 from beltrepro.replication.plan import kinds, registry
-from beltrepro.replication.plan.config import schema
+from beltrepro.replication.plan.config import Config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.verdicts.ledger import load_ledger
 from extensions import claims_and_figures, configuration
@@ -94,11 +95,12 @@ def test_the_study_of_the_guide_is_planned_and_drawn(tmp_path):
 
 def test_configuration_has_every_key_and_array():
     page = configuration.page()
-    parts = schema(), *schema()["$defs"].values()
+    schema = Config.model_json_schema()
+    parts = schema, *schema["$defs"].values()
     keys = {name for part in parts for name in part.get("properties", {})}
     arrays = {array.name for kind in kinds.KINDS.values() for array in kind.recorded}
     forms = {"start", "stop", "step", "offset", "count", "without_noise", "with_noise"}
-    for name in (keys | arrays) - forms:
+    for name in (keys | arrays | camera_settings().keys()) - forms:
         assert f"| `{name}` |" in page, name
 
 
