@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,6 @@ from beltrepro.replication.plan.config import Config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.verdicts.ledger import load_ledger
 from extensions import claims_and_figures, configuration
-from made_up import data
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
@@ -88,7 +88,7 @@ def test_the_study_of_the_guide_is_planned_and_drawn(tmp_path):
     exec(compile(figures, "figures.py", "exec"), names)
     u, limit = np.tile([10.0, 20.0], 2), np.repeat([10.0, 20.0], 2)
     arrays = {"belt_velocity": u, "linear_limit": limit, "disorder_parameter": 0.1 + u / 1000}
-    drawn = names["linear_limits"]({"linear_limits": data(arrays)})
+    drawn = names["linear_limits"]({"linear_limits": SimpleNamespace(arrays=arrays)})
     assert drawn.axes[0].lines
     assert arrays.keys() <= kinds.KINDS["scan"].arrays.keys()
 
