@@ -96,7 +96,7 @@ lock:  ## pin anew into requirements*.txt (needs uv on the PATH)
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
 	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache build dist results/smoke \
-	  docs/made docs/reference/api
+	  docs/reference
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list

@@ -14,25 +14,19 @@ version = release = __version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx_argparse_cli",
-    "extensions.accessible",
     "extensions.api",
     "extensions.claims_and_figures",
     "extensions.configuration",
-    "extensions.links",
-    "extensions.maths",
-    "extensions.motion",
-    "extensions.rule_graph",
-    "extensions.tutorial",
 ]
-exclude_patterns = ["extensions", "made"]
+exclude_patterns = ["extensions"]
 default_role = "code"
 highlight_language = "none"  # of blocks that name no language: many are commands
 
 myst_heading_anchors = 4
-myst_enable_extensions = ["attrs_inline", "dollarmath"]
-html_math_renderer = "mathml"
+myst_enable_extensions = ["dollarmath"]
 
 suppress_warnings = ["ref.python"]  # a type of a docstring that several modules have: no link
 autodoc_typehints = "none"  # docstrings have the types, with shapes
@@ -45,7 +39,5 @@ html_theme = "furo"
 html_title = "beltrepro"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
-html_search_scorer = str(Path(__file__).parent / "static" / "scorer.js")
 html_copy_source = False
-html_show_sphinx = False
 html_show_copyright = False

@@ -4,43 +4,44 @@ import inspect
 import re
 from pathlib import Path
 
-from sphinx.application import Sphinx
-
 import beltrepro
-from extensions import markdown
+from extensions import plain, table, write
 
+_HEAD = """# Python
+
+This is what `import beltrepro` offers. All quantities are in model units: time 0.0765 s, length
+1.4 mm, velocity 0.0183 m/s, force 0.0277 N. Arrays of samples are (T, N), with T samples of N
+blocks. Most functions take one chain, a sequence of chains that advance together, or a `Grid`.
+Whatever is not listed here can change from version to version.
+"""
+_TOC = "```{toctree}\n:hidden:\n:glob:\n\napi/*\n```\n"
 _MARKS = re.compile(r"\|(?=\S)|\*|(?<=\w)_(?=\W|$)")
-_ITEM = re.compile(r"\s*- ")
 
 
-def write_pages(app: Sphinx) -> None:
-    """A page of reStructuredText for each public name, in reference/api."""
-    folder = Path(app.srcdir) / "reference" / "api"
-    folder.mkdir(parents=True, exist_ok=True)
-    pages = {f"{name}.rst": _page(name) for name in beltrepro.__all__}
-    for path in folder.iterdir():
-        if path.name not in pages:
+def write_pages(app) -> None:
+    """The list of all public names, and a page of reStructuredText for each."""
+    folder = Path(app.srcdir) / "reference"
+    write(folder, {"python.md": f"{_HEAD}\n{_names()}\n\n{_TOC}"})
+    write(folder / "api", {f"{name}.rst": _page(name) for name in beltrepro.__all__})
+    for path in folder.glob("api/*"):
+        if path.stem not in beltrepro.__all__:
             path.unlink()
-    for name, text in pages.items():
-        path = folder / name
-        if not path.exists() or path.read_text(encoding="utf-8") != text:  # else it is made anew
-            path.write_text(text, encoding="utf-8")
 
 
-def _page(name: str) -> str:
-    lines = [name, "=" * len(name), "", ".. currentmodule:: beltrepro", ""]
-    if inspect.isclass(getattr(beltrepro, name)):
-        return "\n".join([*lines, f".. autoclass:: {name}", "   :members:", ""])
-    return "\n".join([*lines, f".. autofunction:: {name}", ""])
-
-
-def public_names() -> str:
-    """What `from beltrepro import ...` gives, with the first sentence of each."""
+def _names() -> str:
     rows = []
     for name in beltrepro.__all__:
         first = (getattr(beltrepro, name).__doc__ or "").strip().splitlines()[0]
-        rows.append([f"{{py:obj}}`{name} <beltrepro.{name}>`", markdown.plain(first)])
-    return markdown.table(["name", "what it is or does"], rows)
+        rows.append([f"{{py:obj}}`{name} <beltrepro.{name}>`", plain(first)])
+    return table(["name", "what it is or does"], rows)
+
+
+def _page(name: str) -> str:
+    is_class = inspect.isclass(getattr(beltrepro, name))
+    shown = (
+        [f".. autoclass:: {name}", "   :members:"] if is_class else [f".. autofunction:: {name}"]
+    )
+    return "\n".join([name, "=" * len(name), "", ".. currentmodule:: beltrepro", "", *shown, ""])
 
 
 def as_written(app, what, name, item, options, lines: list[str]) -> None:
@@ -50,15 +51,14 @@ def as_written(app, what, name, item, options, lines: list[str]) -> None:
     for line in lines:
         outside = line.split("`")
         outside[::2] = [_MARKS.sub(r"\\\g<0>", text) for text in outside[::2]]
-        if _ITEM.match(line) and written and written[-1].strip().endswith(":"):
+        if line.lstrip().startswith("- ") and written and written[-1].rstrip().endswith(":"):
             written.append("")
         written.append("`".join(outside))
     lines[:] = written
 
 
-def setup(app: Sphinx) -> dict:
+def setup(app) -> dict:
     """Called by Sphinx."""
     app.connect("builder-inited", write_pages)
     app.connect("autodoc-process-docstring", as_written, priority=400)
-    app.add_directive("public-names", markdown.directive(public_names, beltrepro))
     return {"parallel_read_safe": True}

@@ -1,88 +1,69 @@
 """The reference of results: figures and tables by their entries, claims by the ledger."""
 
+from collections.abc import Iterator
+from pathlib import Path
+
 from beltrepro.replication.plan import registry
 from beltrepro.replication.verdicts.ledger import load_ledger
-from extensions import markdown
+from extensions import plain, table, write
 
 
-def figure_list() -> str:
-    """Every figure by category: its target, what it shows, and what it is drawn from."""
-    parts = []
+def page() -> str:
+    """Every figure by category, every table and every claim."""
+    head = "The name of a figure is also its target: `snakemake --cores 2 fig12`."
+    parts = ["# Figures, tables and claims", head, "## Figures", *_figures()]
+    return "\n\n".join([*parts, "## Tables", *_tables(), "## Claims", *_claims()]) + "\n"
+
+
+def _figures() -> Iterator[str]:
+    entries = registry.figures()
     for category in registry.CATEGORIES:
-        parts.append(f"### {category}")
-        parts += [
-            _figure(name, entry)
-            for name, entry in registry.figures().items()
-            if entry.category == category
-        ]
-    return "\n\n".join(parts)
+        yield f"### {category}"
+        for name, entry in entries.items():
+            if entry.category == category:
+                number = f"Fig. {entry.number}: " if entry.number else ""
+                yield f"#### {name}"
+                yield f"**{number}{plain(entry.title)}** {plain(entry.words)}"
+                yield _made_from(entry.uses)
 
 
-def table_list() -> str:
-    """Every table: what it is, what it is derived from, and its columns."""
-    parts = []
+def _tables() -> Iterator[str]:
     for name, entry in registry.tables().items():
-        title = markdown.plain(entry.title)
-        parts += [f"### {entry.file(name)}.csv", title, _made_from(entry.uses)]
+        yield from (f"### {entry.file(name)}.csv", plain(entry.title), _made_from(entry.uses))
         if entry.columns:
-            rows = [(markdown.code(k), markdown.plain(text)) for k, text in entry.columns.items()]
-            parts.append(markdown.table(["column", "what it is"], rows))
-    return "\n\n".join(parts)
+            rows = [(f"`{column}`", plain(text)) for column, text in entry.columns.items()]
+            yield table(["column", "what it is"], rows)
 
 
-def claim_list() -> str:
-    """Every claim: what the paper says, and the criteria that decide."""
-    parts = []
+def _claims() -> Iterator[str]:
     for claim in load_ledger().values():
+        yield f"### {claim.id}"
+        if claim.says:
+            yield f"> {plain(claim.says)}"
         where = f" Figure {claim.figure} of the paper." if claim.figure else ""
-        quoted = [f"> {markdown.plain(claim.says)}"] if claim.says else []
-        parts += [f"### {claim.id}", *quoted, markdown.plain(claim.statement) + where]
-        shown = [name for name in registry.figures() if claim.id in _claims(name)]
-        parts += [f"Shown in {_links(shown)}."] if shown else []
+        yield plain(claim.statement) + where
+        shown = [
+            f"[{name}](#{name})"
+            for name, entry in registry.figures().items()
+            if claim.id in {key.partition(":")[0] for key in entry.shows}
+            or str(claim.figure or "") == entry.number != ""
+        ]
+        if shown:
+            yield f"Shown in {', '.join(shown)}."
         for question, criterion in claim.criteria.items():
             allowed = criterion.untestable or f"allowed is {criterion.ranges}"
             words = "; ".join(filter(None, (criterion.how, allowed)))
-            parts.append(f"*{question.capitalize()}:* {markdown.plain(words)}.")
-        if claim.starts:
-            parts.append(f"*On starts at rest:* {markdown.plain(claim.starts)}.")
+            yield f"*{question.capitalize()}:* {plain(words)}."
         if claim.needs:
-            parts.append(_made_from(claim.needs, "Needs"))
-    return "\n\n".join(parts)
-
-
-def _figure(name: str, entry: registry.Figure) -> str:
-    number = f"Fig. {entry.number}: " if entry.number else ""
-    words = f"**{number}{markdown.plain(entry.title)}** {markdown.plain(entry.words)}"
-    claims = _claims(name)
-    about = [f"Judged with it: {_links(claims)}."] if claims else []
-    return "\n\n".join([f"#### {name}", words, *about, _made_from(entry.uses)])
-
-
-def _claims(figure: str) -> list[str]:
-    """Names of the claims of a figure of the paper, or of which a figure shows a number."""
-    entry = registry.figures()[figure]
-    shown = {key.partition(":")[0] for key in entry.shows}
-    return [
-        name
-        for name, claim in load_ledger().items()
-        if name in shown or str(claim.figure or "") == entry.number != ""
-    ]
-
-
-def _links(names: list[str]) -> str:
-    return ", ".join(f"[{name}](#{name})" for name in names)
+            yield _made_from(claim.needs, "Needs")
 
 
 def _made_from(names, word: str = "Made from") -> str:
-    listed = ", ".join(map(markdown.code, names)) if names else "the model alone"
-    return f"{word}: {listed}."
+    return f"{word}: {', '.join(f'`{name}`' for name in names) or 'the model alone'}."
 
 
 def setup(app) -> dict:
     """Called by Sphinx."""
-    ledger = sorted(registry.STUDIES.rglob("*.yaml"))
-    modules = sorted(registry.STUDIES.rglob("*.py"))
-    app.add_directive("figure-list", markdown.directive(figure_list, *modules))
-    app.add_directive("table-list", markdown.directive(table_list, *modules))
-    app.add_directive("claim-list", markdown.directive(claim_list, *ledger))
+    folder = Path(app.srcdir) / "reference"
+    app.connect("builder-inited", lambda _: write(folder, {"results.md": page()}))
     return {"parallel_read_safe": True}

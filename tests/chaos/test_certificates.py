@@ -7,7 +7,6 @@ exact.py then closed it. What follows it again needs neither.
 import dataclasses
 import json
 from functools import cache
-from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +33,7 @@ def chain_of(record):
 def once_around(record, *, tangent=False):
     """Follow an orbit for its period: the chain, by how much it misses its start, tangent map.
 
-    In the coordinates of docs/tangent.md; the map (D, D) is None if not asked for.
+    In the coordinates of docs/exponents.md; the map (D, D) is None if not asked for.
     """
     chain = chain_of(record)
     begin, free = _numbers(chain), _free(chain)
@@ -94,20 +93,6 @@ def multipliers(matrix, rates):
 
 def largest_modulus(record):
     return max((abs(complex(float(re), float(im))) for re, im in record["multipliers"]), default=0)
-
-
-def table():
-    """The orbits of the file as a table for docs/tangent.md."""
-    lines = [
-        "| N | u | period | slips | largest multiplier besides 1 | misses itself by |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    row = "| {n_blocks} | {belt_velocity:g} | {:.6f} | {period_events} | {:.2g} | {:.0e} |"
-    order = itemgetter("n_blocks", "belt_velocity", "period_events")
-    for record in sorted(RECORDS, key=order):
-        sizes = float(record["period_time"]), largest_modulus(record), float(record["residual"])
-        lines.append(row.format(*sizes, **record))
-    return "\n".join(lines)
 
 
 def name(record):
@@ -175,11 +160,6 @@ def check_multipliers(record):
 def multipliers_of(record):
     """Those of the file, without the trivial and the erased ones."""
     return [complex(*map(float, parts)) for parts in record["multipliers"]]
-
-
-def test_the_page_shows_them():
-    page = TESTS.parent / "docs" / "tangent.md"
-    assert table() in page.read_text()
 
 
 def test_there_are_twenty_of_them_of_many_kinds():

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-PAGE = (Path(__file__).parents[2] / "docs" / "how_to" / "cookbook.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "cookbook.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 HEAD, *QUESTIONS = re.split(r"^## ", PAGE, flags=re.MULTILINE)
 # what takes long, and what shows the same in a moment
