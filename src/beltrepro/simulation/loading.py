@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from beltrepro.model.section import balance_length
+from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
 from beltrepro.simulation.setup import Case, caller
 from beltrepro.stats.stationarity import Moments, beginning
