@@ -7,7 +7,7 @@ from advancing import assert_equal_bits, at_rest, integrator, recorded, small_bu
 from beltrepro import ChainParameters
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet, SteppingVerlet
+from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet
 
 DISORDER = {"mass": (1.0, 2.0, 0.5), "friction_ratio": (0.3, 0.45, 0.4), "viscosity": 0.01}
 MIXED = (0.0, 1.0, 0.3)
@@ -16,8 +16,8 @@ KINDS = {
     "event, other law": (EventIntegrator, MIXED, DISORDER),
     "tangent": (TangentIntegrator, MIXED, {}),
     "leaping": (LeapingVerlet, (0.0,), {}),
-    "stepping": (SteppingVerlet, (0.0,), {}),
-    "stepping, noise": (SteppingVerlet, (3.0, 0.0, 1.0), {}),
+    "literal": (LiteralVerlet, (0.0,), {}),
+    "literal, noise": (LiteralVerlet, (3.0, 0.0, 1.0), {}),
     "literal, other law": (LiteralVerlet, MIXED, DISORDER),
 }
 
@@ -64,7 +64,7 @@ def test_neither_sample_stride_nor_neighbours_change_a_bit():
     def sampled(count, stride):
         states = at_rest(chains[:count], starts[:count], range(count))
         settings = {"time_step": 0.004, "stride": stride, "section": (2, 190.0)}
-        records = recorded(integrator(SteppingVerlet, states, **settings), 56.0)
+        records = recorded(integrator(LiteralVerlet, states, **settings), 56.0)
         # of the samples those at multiples of 700 steps
         every = slice(700 // stride - 1, None, 700 // stride)
         return [one._replace(samples=one.samples[every]) for one in records]

@@ -20,7 +20,7 @@ from beltrepro.engine.law import (
     tension,
 )
 from beltrepro.engine.vector import kernel
-from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet, SteppingVerlet
+from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet
 from beltrepro.model.spring import (
     chain_deformations,
     spring_energy,
@@ -204,7 +204,7 @@ def test_reversals_and_ends_of_the_branches_follow_the_naive_loop(time_step):
 
 # --- states that go on ---
 
-KINDS = (EventIntegrator, LeapingVerlet, SteppingVerlet, LiteralVerlet)
+KINDS = (EventIntegrator, LeapingVerlet, LiteralVerlet)
 
 
 @pytest.mark.parametrize("maker", KINDS)

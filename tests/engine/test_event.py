@@ -14,11 +14,9 @@ from beltrepro import ChainParameters, simulate
 from beltrepro.engine import integrator as engine_integrator
 from beltrepro.engine.candidates import first_roots
 from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.records import EVENT_TIME
 from beltrepro.engine.simd import LANES, select, spread, store
-from beltrepro.engine.taylor import LEVELS
+from beltrepro.engine.taylor import LEVELS, ORDER
 from beltrepro.engine.vector import kernel
-from beltrepro.model.accuracy import ORDER
 from beltrepro.model.spring import external_force
 
 EXACT = json.loads(exact.DATA.read_text())
@@ -67,19 +65,6 @@ def test_events_and_state_of_forty_digits(case):
     end = advanced([chain], last, [start])[0]
     np.testing.assert_allclose(end.positions()[0], case["positions"], rtol=0, atol=1e-9)
     np.testing.assert_allclose(end.velocities()[0], case["velocities"], rtol=0, atol=1e-9)
-
-
-def test_error_falls_with_the_tolerance():
-    case = EXACT[0]
-    chain = ChainParameters(case["n_blocks"], case["belt_velocity"])
-    errors = []
-    for tolerance in (1e-4, 1e-6, 1e-8, 1e-10):
-        (record,) = advanced([chain], case["events"][-1][0] + 1e-3, tolerance=tolerance)[1]
-        instants = record.events[:, EVENT_TIME]
-        errors.append(np.abs(instants[: len(case["events"])] - times(case["events"])).max())
-    assert errors[0] < 1e-5
-    assert np.all(np.array(errors[1:]) < 0.2 * np.array(errors[:-1]))
-    assert errors[-1] < 1e-11
 
 
 def follows_reference(n_blocks, belt_velocity, start, duration):

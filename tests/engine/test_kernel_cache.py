@@ -1,12 +1,10 @@
-"""The cache of kernels: what one process saves, others load; one compiles while the others wait."""
+"""The cache of kernels: what one process saves, others load, whole or not at all."""
 
 import errno
 import itertools
 import os
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -41,72 +39,25 @@ def test_what_was_saved_is_loaded_by_key_and_whole_or_not_at_all(tmp_path):
     assert cache(folder).load(KEY) == {"code": b"abc"}
 
 
-def test_the_second_waits_for_the_first(tmp_path):
-    first, second = cache(tmp_path), cache(tmp_path)
-    assert first.load(KEY) is None
-    results = []
-    waiting = threading.Thread(target=lambda: results.append(second.load(KEY)))
-    waiting.start()
-    time.sleep(0.5)
-    assert waiting.is_alive()
-    first.save(KEY, "code")
-    waiting.join(10)
-    assert results == ["code"]
-
-
-def test_a_process_that_died_holds_nobody_up(tmp_path):
-    words = (
-        "import os, sys\n"
-        "from beltrepro.engine.kernel_cache import KernelCacheFile\n"
-        "KernelCacheFile(sys.argv[1], 'kernel', ('source', 1)).load(eval(sys.argv[2]))\n"
-        "os._exit(9)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", words, str(tmp_path), repr(KEY)], check=False)
-    assert done.returncode == 9
-    assert len(list(tmp_path.glob("*.lock"))) == 1
-    began = time.monotonic()
-    assert cache(tmp_path).load(KEY) is None
-    assert time.monotonic() - began < 1
-
-
-def test_without_a_folder_or_locks_each_compiles_for_itself(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("")
-    assert cache(tmp_path / "file" / "folder").load(KEY) is None
-    monkeypatch.setattr(kernel_cache, "fcntl", None)
-    assert all(cache(tmp_path).load(KEY) is None for _ in range(2))
-
-
-@pytest.mark.parametrize("kind", ["pipe", "folder", "of somebody else", "on a full disk"])
-def test_what_cannot_be_kept_or_trusted_is_compiled_anew(tmp_path, monkeypatch, caplog, kind):
-    one = cache(tmp_path)
-    assert one.load(KEY) is None
-    one.save(KEY, "code")
-    (path,) = tmp_path.glob("*.nbc")
-    if kind == "of somebody else":
-        status = path.stat()
-        assert kernel_cache._is_trusted(status)
-        of_another = os.stat_result([*status[:4], status.st_uid + 1, *status[5:]])
-        assert not kernel_cache._is_trusted(of_another)  # what it holds would run
-        monkeypatch.setattr(kernel_cache, "_is_trusted", lambda status: False)
-        assert cache(tmp_path).load(KEY) is None
-        return
-    path.unlink()
-    path.with_suffix(".lock").unlink()
-    if kind == "pipe":
-        os.mkfifo(path)
-        os.mkfifo(path.with_suffix(".lock"))
-    elif kind == "folder":
+@pytest.mark.parametrize("kind", ["no folder", "no file", "full disk"])
+def test_what_cannot_be_kept_is_compiled_anew(tmp_path, monkeypatch, caplog, kind):
+    folder = tmp_path / "cache"
+    if kind == "no folder":
+        folder.write_text("")
+    elif kind == "no file":
+        cache(folder).save(KEY, "code")
+        (path,) = folder.glob("*.nbc")
+        path.unlink()
         (path / "within").mkdir(parents=True)
     else:
         monkeypatch.setattr(Path, "write_bytes", full_disk)
-    again = cache(tmp_path)
     kernel_cache._announce.cache_clear()
-    assert again.load(KEY) is None
-    again.save(KEY, "code")
-    lost = kind != "pipe"  # whose place the file takes
-    assert cache(tmp_path).load(KEY) == (None if lost else "code")
-    assert ("every process compiles anew" in caplog.text) == lost
-    assert not list(tmp_path.glob("*.tmp.*"))
+    one = cache(folder)
+    assert one.load(KEY) is None
+    one.save(KEY, "code")
+    assert cache(folder).load(KEY) is None
+    assert "every process compiles anew" in caplog.text
+    assert not list(tmp_path.rglob("*.tmp.*"))
 
 
 def full_disk(path, content):

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import naive
-from advancing import at_rest, integrator, recorded
 from beltrepro import (
     ChainParameters,
     ChainState,
@@ -28,7 +27,6 @@ from beltrepro import (
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.periodic_orbits import coordinates, flow, shifted
-from beltrepro.engine.verlet_integrators import LiteralVerlet
 
 DISORDER = {
     "static_friction": (60.0, 71.4, 80.0),
@@ -122,15 +120,6 @@ def test_energy_is_balanced_and_audits_agree(chain):
         assert np.isnan(run.sum_rule_residual)
     else:
         assert abs(run.sum_rule_residual) < 1e-12
-
-
-def test_the_literal_kernel_has_the_paper_s_motion():
-    chain = ChainParameters(5, 10.0)
-    settings = {"duration": 60.0, "transient": 20.0, "method": "verlet"}
-    usual = simulate(chain, **settings)
-    literal = integrator(LiteralVerlet, at_rest([chain]))
-    (record,) = recorded(literal, 60.0)
-    np.testing.assert_allclose(record.positions, usual.final_state.positions, atol=1e-8)
 
 
 @pytest.mark.parametrize("method", ["event", "verlet"])

@@ -6,7 +6,7 @@ import pytest
 from advancing import at_rest, integrator, recorded
 from beltrepro import ChainParameters
 from beltrepro.engine import verlet_integrators
-from beltrepro.engine.verlet_integrators import LeapingVerlet, SteppingVerlet, verlet_integrator
+from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet, verlet_integrator
 
 
 def leaping_or_not(kind, chains, *, spread=0.3, section=0.9, **settings):
@@ -20,7 +20,7 @@ def leaping_or_not(kind, chains, *, spread=0.3, section=0.9, **settings):
 
 def assert_same(chains, duration, atol, **settings):
     """Both ways give the same events at the same steps, and all else within `atol`."""
-    steps = recorded(leaping_or_not(SteppingVerlet, chains, **settings), duration)
+    steps = recorded(leaping_or_not(LiteralVerlet, chains, **settings), duration)
     leaps = recorded(leaping_or_not(LeapingVerlet, chains, **settings), duration)
     for one, other in zip(leaps, steps, strict=True):
         np.testing.assert_array_equal(one[0][:, :3], other[0][:, :3])
@@ -74,7 +74,7 @@ def test_what_leaps_neglect_is_of_fourth_order(monkeypatch):
         stride = round(0.08 / time_step)
         states = [
             recorded(leaping_or_not(kind, chains, time_step=time_step, stride=stride), 8.0)
-            for kind in (SteppingVerlet, LeapingVerlet)
+            for kind in (LiteralVerlet, LeapingVerlet)
         ]
         errors.append([np.abs(a[2][:, 0] - b[2][:, 0]).max() for a, b in zip(*states, strict=True)])
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
@@ -89,7 +89,7 @@ def test_noise_and_long_steps_go_step_by_step():
     quiet, noisy = ChainParameters(3, 5.0), ChainParameters(3, 5.0, 1.0)
     stiff = ChainParameters(3, 5.0, compression_rate=2.0)
     assert kind(quiet) is LeapingVerlet
-    assert kind(quiet, noisy) is kind(quiet, time_step=0.002) is kind(stiff) is SteppingVerlet
+    assert kind(quiet, noisy) is kind(quiet, time_step=0.002) is kind(stiff) is LiteralVerlet
 
 
 def test_leaps_are_the_steps_where_impacts_compress_springs_further():

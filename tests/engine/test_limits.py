@@ -15,8 +15,7 @@ from beltrepro.engine import event_integrator
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.law import slip_direction
 from beltrepro.engine.vector import exp2, kernel
-from beltrepro.model.accuracy import START_NOISE
-from beltrepro.model.friction import next_direction, start_noise
+from beltrepro.model.friction import START_NOISE, next_direction, start_noise
 from beltrepro.model.spring import external_force
 
 METHODS = ("verlet", "event")

@@ -5,7 +5,6 @@ import pytest
 
 from beltrepro import ChainParameters, catalogue, scan, simulate
 from beltrepro.model.spring import potential_energy
-from beltrepro.observe.slips import EventLog
 
 CHAINS = [ChainParameters(5, 12.0), ChainParameters(5, 25.0, 1.0), ChainParameters(3, 40.0, 2.0)]
 DURATION, TRANSIENT, LAMINAR_TIME = 300.0, 100.0, 4.0
@@ -94,14 +93,3 @@ def test_avalanches_take_their_energy_from_the_springs():
     np.testing.assert_allclose(avalanches["last_block_displacement"], moved, atol=1e-9)
     drop = potential_energy(before, chain) - potential_energy(after, chain)
     np.testing.assert_allclose(avalanches["spring_energy_drop"], drop, rtol=1e-9, atol=1e-6)
-
-
-def test_event_log_is_the_same_however_it_is_cut(monkeypatch):
-    """A long run keeps its events in blocks; a run's records take them over."""
-    chains = [ChainParameters(5, 20.0, 1.0), ChainParameters(2, 3.0)]
-    lengths = {"duration": 1500, "method": "event", "sample_interval": None}
-    whole = simulate(chains, **lengths)
-    monkeypatch.setattr(EventLog, "_PIECE", 100)
-    for one, cut in zip(whole, simulate(chains, **lengths), strict=True):
-        assert len(one.events) > 300
-        np.testing.assert_array_equal(one.events, cut.events)

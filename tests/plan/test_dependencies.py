@@ -210,7 +210,7 @@ HOUSEKEEPING += ("replication.report", "replication.drawing")
 def test_a_kind_depends_on_its_integrator_and_not_on_the_words_about_it(kind):
     assert callable(resolve_name(kind.record))
     verlet, event = (modules(kind.record, method) for method in ("verlet", "event"))
-    assert "engine.verlet" in verlet - event and "engine.event" in event
+    assert "engine.leaps" in verlet - event and "engine.event" in event
     follows_tangents = kind.name in ("motion", "settling", "basins")
     assert ("engine.event" in verlet) == ("engine.tangent" in event) == follows_tangents
     assert not any(module.startswith(HOUSEKEEPING) for module in event | verlet)

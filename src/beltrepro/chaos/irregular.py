@@ -16,7 +16,7 @@ from beltrepro.chaos.naming import NO_PERIOD, period_of
 from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.model.scheme_error import equivalent_displacement
+from beltrepro.model.friction import equivalent_displacement
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipOrder
@@ -303,7 +303,7 @@ def _integrator(members: list[_Run]) -> Integrator:
 def disturbance(case: Case) -> float:
     """Standard deviation of displacements that disturb each slip as much as it is disturbed.
 
-    By the steps of "verlet" and by the thresholds under noise as `beltrepro.model.scheme_error`
+    By the steps of "verlet" and by the thresholds under noise as `equivalent_displacement`
     says. What the noise does during a slip is left out: it is less by a factor of about sqrt(dt).
     """
     chain, exact = case.parameters, case.method == METHOD

@@ -21,7 +21,7 @@ from beltrepro.chaos.vectors import (
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.section import section_position
+from beltrepro.model.spring import section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import Report, integrator_of, observe

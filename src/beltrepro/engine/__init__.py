@@ -2,6 +2,6 @@
 
 Integrators: `integrator` (what they have in common, and the chunks they yield), `state`,
 `event_integrator`, `verlet_integrators`. Their kernels: `event`, `leaps` (both on Taylor series:
-`taylor`, `candidates`), `verlet`; what follows a chain that `event` advances: `tangent`.
+`taylor`, `candidates`); what follows a chain that `event` advances: `tangent`.
 The laws in kernels: `law`, `noise`. What kernels record: `records`. Vectors: `simd`, `vector`.
 """

@@ -85,6 +85,8 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import (
+    NOISY_ORDER,
+    ORDER,
     WALL,
     Series,
     at,
@@ -100,8 +102,9 @@ from beltrepro.engine.taylor import (
     value_and_slope,
 )
 from beltrepro.engine.vector import inlined, kernel, minimum, separate_arrays, zeros
-from beltrepro.model.accuracy import NOISE_CELL, NOISY_ORDER, ORDER
 
+# Longest cell of the noise, model time.
+NOISE_CELL = 0.5
 # Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
 _GRAZING = 2.0
 
@@ -113,7 +116,7 @@ _EVENTS_AT_ONCE = 2  # of a chain at one instant: the end of a slip and the star
 SLIP, STICK, REVERSAL, BRANCH, NOTHING = range(5)  # kinds of events, as the hooks are told
 
 
-class Chains(NamedTuple):
+class EventChains(NamedTuple):
     """State of W chains, W a multiple of 8; positions are displacements from the rest positions."""
 
     time: np.ndarray  # (W,) since the start of the span
@@ -131,7 +134,7 @@ class Chains(NamedTuple):
     streams: np.ndarray  # (4, W) random streams
 
 
-class Group(NamedTuple):
+class EventGroup(NamedTuple):
     """W chains of one law with all that moves them; arrays (W,)."""
 
     law: Law
@@ -140,10 +143,10 @@ class Group(NamedTuple):
     noise: np.ndarray  # sigma
     noise_power: np.ndarray  # q = f_s^2 sigma^2 dt, of the block with the greatest f_s
     log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
-    chains: Chains
+    chains: EventChains
 
 
-class Scratch(NamedTuple):
+class EventScratch(NamedTuple):
     """What a pass of the loop makes of eight chains."""
 
     series: Series
@@ -152,10 +155,10 @@ class Scratch(NamedTuple):
     source: np.ndarray  # (8,) of that event, as `Candidates.sources`
 
 
-def new_scratch(n_blocks: int, varied: bool = False) -> Scratch:
+def new_scratch(n_blocks: int, varied: bool = False) -> EventScratch:
     """Room for eight chains of N blocks."""
     end = zeros(LANES), zeros(LANES, dtype=np.int64)
-    return Scratch(new_series(n_blocks, varied), new_candidates(n_blocks), *end)
+    return EventScratch(new_series(n_blocks, varied), new_candidates(n_blocks), *end)
 
 
 class Span(NamedTuple):
@@ -614,8 +617,8 @@ def _advance_kernel(order, resolution, noisy, hooks):
         Returns DONE; EVENTS_FULL or CROSSINGS_FULL, to be called again with a larger buffer; STORM
         when some chain has taken more steps than `span` allows; or CONTACT when blocks meet.
 
-        span : Span; group : Group; scratch : Scratch; records : Records; companion : whatever the
-        hooks need, () without any.
+        span : Span; group : EventGroup; scratch : EventScratch; records : Records; companion :
+        whatever the hooks need, () without any.
         """
         separate_arrays()
         chains, series = group.chains, scratch.series

@@ -3,11 +3,14 @@
 import numpy as np
 
 from beltrepro.engine import event
-from beltrepro.engine.integrator import SeriesIntegrator
+from beltrepro.engine.integrator import Integrator
 from beltrepro.engine.records import STORM
 from beltrepro.engine.vector import aligned, zeros
-from beltrepro.model.accuracy import NOISE_SHARE, TOLERANCE
 
+# Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
+TOLERANCE = 1e-10
+# The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
+NOISE_SHARE = 1e-2
 # A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of
 # time.
 _PASSES_AT_ONCE = 10_000
@@ -15,7 +18,7 @@ _PASSES_PER_TIME = 5000
 _STORM = f"more than {_PASSES_PER_TIME} steps a unit of time are needed"
 
 
-class EventIntegrator(SeriesIntegrator):
+class EventIntegrator(Integrator):
     """Chains integrated exactly between located events; parameters as for `Integrator`.
 
     time_step sets the strength of the noise. tolerance : force allowed in the last terms of the
@@ -43,7 +46,7 @@ class EventIntegrator(SeriesIntegrator):
         tolerances = np.maximum(tolerance, noise_share * np.sqrt(power))
         lanes = len(self._noise)
         self._chains = self._new_chains(
-            event.Chains,
+            event.EventChains,
             time=zeros(lanes),
             passes=zeros(lanes),
             wall_impulse=zeros(lanes),
@@ -51,7 +54,7 @@ class EventIntegrator(SeriesIntegrator):
             noise_force=zeros((2, self.n_blocks, lanes)),
             streams=self._streams,
         )
-        self._group = event.Group(
+        self._group = event.EventGroup(
             self._law,
             self._varied,
             belt_velocity=self._belt_velocity,

@@ -8,12 +8,11 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.engine import simd
 from beltrepro.engine.law import law_constants, varied_constants
 from beltrepro.engine.noise import STATE_WORDS
 from beltrepro.engine.records import (
@@ -26,7 +25,8 @@ from beltrepro.engine.records import (
     Records,
     Samples,
 )
-from beltrepro.engine.state import ChainState, Scheme, scheme_variables, settled
+from beltrepro.engine.simd import LANES
+from beltrepro.engine.state import ChainState, Scheme, settled
 from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.energy import kinetic_energy
 from beltrepro.model.spring import (
@@ -103,16 +103,16 @@ class Lanes(NamedTuple):
     wall_impulse: np.ndarray  # (lanes,) integral of the first spring's pull since then
 
 
-_LANES = Lanes._fields
-# what `SeriesIntegrator` calls them
-_SERIES = ("displacement", "velocity", "direction", "threshold", "dissipated", "wall_impulse")
+# what the kernels call them
+_IN_KERNELS = ("displacement", "velocity", "direction", "threshold", "dissipated", "wall_impulse")
 
 
 class Integrator:
     """W chains of equal n_blocks and law that go on from states of one time; for subclasses."""
 
     name: str  # of the variables that its states carry, see `Scheme`
-    _vector = simd.LANES  # chains in a vector of the integrator
+    _chains: Any  # what its kernel knows of them: a named tuple of arrays (..., lanes)
+    _scheme_fields: tuple[str, ...]  # of these, what only this scheme has
 
     def __init__(
         self,
@@ -132,7 +132,7 @@ class Integrator:
         self._sampling = sampling
         self._first_sampled = self.n_blocks - sampled_blocks
         # lanes that fill up the last vector repeat the last chain; their results are not read
-        lanes = -(-self._width // self._vector) * self._vector
+        lanes = -(-self._width // LANES) * LANES
         self._source = np.minimum(np.arange(lanes), self._width - 1)
         chains = [self.parameters[lane] for lane in self._source]
         self._belt_velocity = aligned([chain.belt_velocity for chain in chains])
@@ -142,7 +142,8 @@ class Integrator:
         parts = math.ceil(CUT_TIME / (_CHUNK_SAMPLES * sampling.interval))
         self._chunk_time = CUT_TIME / parts
         rows = math.ceil(self._chunk_time / sampling.interval) + 2
-        self._samples = zeros((rows, 3, sampled_blocks, lanes))
+        # samples of a chain lie side by side: it writes where it has just written
+        self._samples = zeros((3, sampled_blocks, lanes, rows))
         self._events = Events(
             rows=np.empty((lanes, max(_EVENTS, 8 * self.n_blocks), EVENT_FIELDS)),
             count=np.zeros(lanes, dtype=np.int64),
@@ -163,13 +164,14 @@ class Integrator:
     def state(self) -> list[ChainState]:
         """The states of the W chains now."""
         *lanes, impulses = self._lanes()
-        schemes = self._scheme_variables()
         columns = [self._of_chains(values) for values in (*lanes, self._streams)]
         states = []
         for lane, (state, *values) in enumerate(zip(self._begun, *columns, strict=True)):
-            variables = {name: array[..., lane].copy() for name, array in schemes.items()}
-            now = {"time": self.time, "wall_impulse": float(impulses[lane])}
-            now |= zip((*_LANES[:-1], "stream"), values, strict=True)
+            variables = {
+                name: getattr(self._chains, name)[..., lane].copy() for name in self._scheme_fields
+            }
+            now = dict(zip((*Lanes._fields[:-1], "stream"), values, strict=True))
+            now |= {"time": self.time, "wall_impulse": float(impulses[lane])}
             scheme = Scheme(self.name, self.time_step, variables)
             states.append(dataclasses.replace(state, scheme=scheme, **now))
         return states
@@ -186,8 +188,15 @@ class Integrator:
             raise InputError("states: of different times")
         self._begun = list(states)
         self.time = self._instant(states[0].time)
-        lanes = Lanes(*(_stacked([getattr(state, name) for state in states]) for name in _LANES))
-        kept = [scheme_variables(state, self.name, self.time_step) for state in states]
+        lanes = Lanes(
+            *(_stacked([getattr(state, name) for state in states]) for name in Lanes._fields)
+        )
+        made_here = self.name, self.time_step
+        schemes = [state.scheme for state in states]
+        kept = [
+            one.variables if one and (one.integrator, one.time_step) == made_here else None
+            for one in schemes
+        ]
         begins = np.array([variables is None for variables in kept])
         variables = {}
         if begins.any():
@@ -230,21 +239,22 @@ class Integrator:
         """Advance all chains by one chunk, at most to `until`; returns how far they are."""
         raise NotImplementedError
 
-    def _write(self, lanes: Lanes, variables: dict[str, np.ndarray]) -> None:
-        """Put states and the variables of the scheme into the lanes."""
-        raise NotImplementedError
-
     def _new_variables(self, lanes: Lanes) -> dict[str, np.ndarray]:
         """Variables (..., W) of the scheme for W states that have none."""
         raise NotImplementedError
 
-    def _scheme_variables(self) -> dict[str, np.ndarray]:
-        """Variables (..., lanes) of the scheme now."""
+    def _reached(self, lane: int) -> float:
+        """Instant that a chain has reached in the chunk under way."""
         raise NotImplementedError
+
+    def _write(self, lanes: Lanes, variables: dict[str, np.ndarray]) -> None:
+        """Put states and the variables of the scheme into the lanes."""
+        for name, values in (dict(zip(_IN_KERNELS, lanes, strict=True)) | variables).items():
+            getattr(self._chains, name)[...] = values
 
     def _lanes(self) -> Lanes:
         """What all chains do now."""
-        raise NotImplementedError
+        return Lanes(*(getattr(self._chains, name) for name in _IN_KERNELS))
 
     def _instant(self, time: float) -> float:
         """The instant nearest to `time` at which chains can be."""
@@ -253,6 +263,46 @@ class Integrator:
     def _rows(self, time: float) -> int:
         """Samples taken until `time`; one at that very instant counts, whatever it rounds to."""
         return math.floor(time / self._sampling.interval + _ROUNDING)
+
+    # --- how it calls its kernel ---
+
+    def _new_chains(self, kind, **given):
+        """What a kernel knows of the chains: arrays (N, lanes) of zeros but for those given."""
+        shape = self.n_blocks, len(self._noise)
+        return kind(**{name: zeros(shape) for name in kind._fields} | given)
+
+    def _advance(self, kernel: Callable[[Records], int], first: float, interval: float, count: int):
+        """Call a kernel until no buffer is full; the buffers are doubled, which changes no bit.
+
+        kernel : goes on where it has stopped. first, interval, count : of the samples, see
+        `Samples`. Returns what it said at last: DONE or STORM. CONTACT stops the run.
+        """
+        samples = Samples(
+            values=self._samples,
+            following=zeros(len(self._noise), dtype=np.int64),
+            first_block=self._first_sampled,
+            first=first,
+            interval=interval,
+            count=count,
+        )
+        while True:
+            status = kernel(Records(samples, self._events, self._crossings))
+            if status == EVENTS_FULL:
+                self._events = self._doubled(self._events)
+            elif status == CROSSINGS_FULL:
+                self._crossings = self._doubled(self._crossings)
+            elif status == CONTACT:
+                lane = int(np.argmin(self._gaps().min(axis=1)))
+                self._stop_at_contact(lane, self._reached(lane))
+            else:
+                return status
+
+    def _doubled(self, buffer):
+        if buffer.rows.nbytes > _LARGEST_BUFFER // 2:
+            lane = int(np.argmax(buffer.count[: self._width]))
+            reason = f"{buffer.count[lane]} events since t = {self.time:g} are too many to record"
+            self._stop(lane, reason, self._reached(lane))
+        return buffer._replace(rows=np.concatenate([buffer.rows] * 2, axis=1))
 
     # --- what follows from it ---
 
@@ -295,7 +345,7 @@ class Integrator:
         """The chunk that ends now; its samples begin with sample number `first_row` of the run."""
         width, sampling = self._width, self._sampling
         numbers = np.arange(first_row, first_row + rows)
-        samples = self._samples[:rows, :, :, :width]
+        samples = np.moveaxis(self._samples, -1, 0)[:rows, :, :, :width]
         return Chunk(
             start=start,
             end=self.time,
@@ -340,75 +390,6 @@ class Integrator:
             f"{self.parameters[lane].describe()}: {reason} at t = {time:g} "
             f"(time_step = {self.time_step:g})"
         )
-
-
-class SeriesIntegrator(Integrator):
-    """Buffers for kernels that use `beltrepro.engine.taylor`.
-
-    A subclass has its state in `_chains`, a named tuple of arrays whose last axis is that of the
-    chains. Those that only this scheme has are named in `_scheme_fields`.
-    """
-
-    _scheme_fields: tuple[str, ...]
-
-    def __init__(self, states, **settings):
-        super().__init__(states, **settings)
-        # samples of a chain lie side by side: it writes where it has just written
-        rows, *columns = self._samples.shape
-        self._sample_columns = zeros((*columns, rows))
-        self._samples = np.moveaxis(self._sample_columns, -1, 0)
-
-    def _new_chains(self, kind, **given):
-        """What a kernel knows of the chains: arrays (N, lanes) of zeros but for those given."""
-        shape = self.n_blocks, len(self._noise)
-        return kind(**{name: zeros(shape) for name in kind._fields} | given)
-
-    def _advance(self, kernel: Callable[[Records], int], first: float, interval: float, count: int):
-        """Call a kernel until no buffer is full; the buffers are doubled, which changes no bit.
-
-        kernel : goes on where it has stopped. first, interval, count : of the samples, see
-        `Samples`. Returns what it said at last: DONE or STORM. CONTACT stops the run.
-        """
-        samples = Samples(
-            values=self._sample_columns,
-            following=zeros(len(self._noise), dtype=np.int64),
-            first_block=self._first_sampled,
-            first=first,
-            interval=interval,
-            count=count,
-        )
-        while True:
-            status = kernel(Records(samples, self._events, self._crossings))
-            if status == EVENTS_FULL:
-                self._events = self._doubled(self._events)
-            elif status == CROSSINGS_FULL:
-                self._crossings = self._doubled(self._crossings)
-            elif status == CONTACT:
-                lane = int(np.argmin(self._gaps().min(axis=1)))
-                self._stop_at_contact(lane, self._reached(lane))
-            else:
-                return status
-
-    def _doubled(self, buffer):
-        if buffer.rows.nbytes > _LARGEST_BUFFER // 2:
-            lane = int(np.argmax(buffer.count[: self._width]))
-            reason = f"{buffer.count[lane]} events since t = {self.time:g} are too many to record"
-            self._stop(lane, reason, self._reached(lane))
-        return buffer._replace(rows=np.concatenate([buffer.rows] * 2, axis=1))
-
-    def _reached(self, lane: int) -> float:
-        """Instant that a chain has reached in the chunk under way."""
-        raise NotImplementedError
-
-    def _write(self, lanes, variables):
-        for name, values in (dict(zip(_SERIES, lanes, strict=True)) | variables).items():
-            getattr(self._chains, name)[...] = values
-
-    def _scheme_variables(self):
-        return {name: getattr(self._chains, name) for name in self._scheme_fields}
-
-    def _lanes(self):
-        return Lanes(*(getattr(self._chains, name) for name in _SERIES))
 
 
 def _stacked(values: Sequence) -> np.ndarray:

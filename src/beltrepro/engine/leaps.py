@@ -1,4 +1,12 @@
-"""The paper's scheme without noise, many steps at a leap.
+"""The paper's scheme (Appendix): without noise many steps at a leap, else step for step.
+
+In the frame of the belt a stuck block has exactly zero relative velocity. With the slip step
+w(t) = x(t) - x(t-dt) - u dt the printed formulas read
+
+    w(t+dt) = w(t) + a(t) dt^2,                               x(t+dt) = x(t) + u dt + w(t+dt)
+    v_r(t+dt) dt = w(t+dt) + 5/6 a(t) dt^2 - 1/3 a(t-dt) dt^2
+
+which rounds better than 2x(t) - x(t-dt) and is the same scheme.
 
 Between two turns and on one branch of every spring the scheme
 x(t+dt) - 2 x(t) + x(t-dt) = dt^2 a(x(t)) has smooth solutions, whose Taylor series are known:
@@ -6,7 +14,8 @@ y = x + dt^2/12 a(x) obeys y'' = a(x) up to dt^4/240 a'''' (Numerov's transforma
 the loop makes the series of eight chains, finds for how many whole steps no turn can happen and no
 spring changes its branch, and goes there at once. Where a turn may be due the next step is taken
 literally. So is every step while a spring is too stiff; and, by a kernel of its own, every step of
-a chain whose blocks differ or whose friction depends on the velocity (docs/verlet.md).
+a chain with noise, of blocks that differ or with friction that depends on the velocity
+(docs/verlet.md).
 """
 
 import math
@@ -58,6 +67,7 @@ from beltrepro.engine.simd import (
     to_float,
 )
 from beltrepro.engine.taylor import (
+    ORDER,
     WALL,
     Series,
     at,
@@ -73,8 +83,6 @@ from beltrepro.engine.taylor import (
     value_and_slope,
 )
 from beltrepro.engine.vector import inlined, kernel, maximum, minimum, separate_arrays, zeros
-from beltrepro.engine.verlet import scheme_velocity
-from beltrepro.model.accuracy import ORDER
 
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
 # Last terms of the series of F_ex allowed at the end of a leap.
@@ -84,7 +92,7 @@ _DOUBT = 1e-3
 _NEAREST = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
 
 
-class Chains(NamedTuple):
+class SchemeChains(NamedTuple):
     """State of W chains, W a multiple of 8; positions are displacements from the rest positions."""
 
     steps_done: np.ndarray  # (W,) steps since the start of the span, whole numbers
@@ -107,7 +115,7 @@ class Noise(NamedTuple):
     deviates: np.ndarray  # (8 (N + N % 2),) of eight chains in the step
 
 
-class Group(NamedTuple):
+class SchemeGroup(NamedTuple):
     """Chains of one law with all that moves them; leaps are for those with None of two."""
 
     law: Law
@@ -115,11 +123,11 @@ class Group(NamedTuple):
     belt_velocity: np.ndarray  # (W,)
     time_step: float  # dt
     stiffest: float  # slope of a tension from which on no leaps are taken
-    chains: Chains
+    chains: SchemeChains
     noise: Noise | None
 
 
-class Scratch(NamedTuple):
+class SchemeScratch(NamedTuple):
     """What a pass of the loop makes of eight chains."""
 
     series: Series
@@ -128,10 +136,16 @@ class Scratch(NamedTuple):
     candidates: Candidates
 
 
-def new_scratch(n_blocks: int) -> Scratch:
+def new_scratch(n_blocks: int) -> SchemeScratch:
     """Room for eight chains of N blocks."""
     slopes, pulls = (zeros(n_blocks * LANES) for _ in range(2))
-    return Scratch(new_series(n_blocks), slopes, pulls, new_candidates(n_blocks))
+    return SchemeScratch(new_series(n_blocks), slopes, pulls, new_candidates(n_blocks))
+
+
+@inlined
+def _scheme_velocity(slip_step, acceleration, before):
+    """v_r dt after a step, from w after it, and a dt^2 at its start and one step before."""
+    return fma(acceleration, 5.0 / 6.0, fma(before, -1.0 / 3.0, slip_step))
 
 
 @inlined
@@ -392,7 +406,7 @@ def _leap_block(lane, block, moved, step, belt, group, series):
     rise = rise * cube
     bend = bend * (square * square)
     before = fma(bend, 0.5, a - rise)
-    v = scheme_velocity(w, before, fma(bend, 2.0, a - 2.0 * rise))
+    v = _scheme_velocity(w, before, fma(bend, 2.0, a - 2.0 * rise))
     changed = moved & (heading != 0.0)
     store(chains.slip_step, place, select(changed, w, load(chains.slip_step, place)))
     store(chains.acceleration, place, select(changed, before, load(chains.acceleration, place)))
@@ -480,7 +494,7 @@ def _step_block(lane, block, taken, first_step, group, scratch, events):
     a = dt * dt * (external - new * kinetic) * inverse_mass(group.varied, block)
     a = select(new != 0.0, a, 0.0)
     w = w + a
-    v = scheme_velocity(w, a, before)
+    v = _scheme_velocity(w, a, before)
     store(chains.direction, place, new)
     store(chains.slip_step, place, select(taken, w, load(chains.slip_step, place)))
     store(chains.acceleration, place, select(taken, a, load(chains.acceleration, place)))
@@ -732,13 +746,15 @@ def _record_literal_samples(lane, taken, group, samples):
     following = fma(to_float(row), samples.interval, samples.first)
     sampled = mask_bits(taken & (following == load(chains.steps_done, (lane,))))
     while sampled:
-        chain = lane + lowest_lane(sampled)
+        i = lowest_lane(sampled)
         sampled &= sampled - 1
+        chain = lane + i
         row_of_chain = samples.following[chain]
         for block in range(samples.first_block, chains.direction.shape[0]):
             shown = block - samples.first_block
             relative = chains.velocity[block, chain] * inverse_step
             kinetic = braking(group.law, group.varied, block, abs(relative))
+            kinetic += _noise_of_one(block, chain, i, abs(relative), group.varied, group.noise)
             friction = chains.direction[block, chain] * -kinetic
             samples.values[0, shown, chain, row_of_chain] = chains.displacement[block, chain]
             samples.values[1, shown, chain, row_of_chain] = relative
@@ -746,7 +762,17 @@ def _record_literal_samples(lane, taken, group, samples):
         samples.following[chain] = row_of_chain + 1
 
 
-# --- the kernel ---
+@inlined
+def _noise_of_one(block, chain, i, speed, varied, noise):
+    """What noise adds to the kinetic friction of the chain in lane i, as in `_braking`."""
+    if noise is None:
+        return 0.0
+    ratio = varied.kinetic_friction[block] / varied.static_friction[block]
+    deviation = noise.sigma[chain] * noise.deviates[block * LANES + i]
+    return ratio * deviation / (1.0 + varied.weakening * speed)
+
+
+# --- the kernels ---
 
 
 @kernel

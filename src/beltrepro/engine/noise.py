@@ -17,7 +17,6 @@ from beltrepro.engine.simd import (
     fma,
     from_bits,
     load,
-    load_wide,
     select,
     shift_right,
     square_root,
@@ -157,28 +156,20 @@ def _box_muller(word):
     return a, b
 
 
-def _drawing(load_words):
-    """The function that draws for as many chains as `load_words` reads at once."""
-
-    def _draw(states, lane):
-        word, s0, s1, s2, s3 = _next(
-            load_words(states, (0, lane)),
-            load_words(states, (1, lane)),
-            load_words(states, (2, lane)),
-            load_words(states, (3, lane)),
-        )
-        store(states, (0, lane), s0)
-        store(states, (1, lane), s1)
-        store(states, (2, lane), s2)
-        store(states, (3, lane), s3)
-        return _box_muller(word)
-
-    return inlined(_draw)
-
-
-# two standard normal deviates for each of the chains from a lane on: of eight, of sixteen
-normal_pairs = _drawing(load)
-normal_pairs_wide = _drawing(load_wide)
+@inlined
+def normal_pairs(states, lane):
+    """Two standard normal deviates for each of the eight chains from a lane on."""
+    word, s0, s1, s2, s3 = _next(
+        load(states, (0, lane)),
+        load(states, (1, lane)),
+        load(states, (2, lane)),
+        load(states, (3, lane)),
+    )
+    store(states, (0, lane), s0)
+    store(states, (1, lane), s1)
+    store(states, (2, lane), s2)
+    store(states, (3, lane), s3)
+    return _box_muller(word)
 
 
 @inlined

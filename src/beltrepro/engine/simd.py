@@ -1,9 +1,9 @@
-"""Vectors of eight or sixteen chains as values inside kernels.
+"""Vectors of eight chains as values inside kernels.
 
-`float64x8`, `int64x8` and masks of eight compile to one vector register (or to narrower ones),
-those of sixteen to two: so the processor has work while it waits for a result. They take the usual
-operators, and scalars spread over all lanes, so a kernel reads like the formula for one chain.
-Operations round lane by lane as IEEE arithmetic does: no chain depends on its neighbours.
+`float64x8`, `int64x8` and masks of eight compile to one vector register, or to narrower ones. They
+take the usual operators, and scalars spread over all lanes, so a kernel reads like the formula for
+one chain. Operations round lane by lane as IEEE arithmetic does: no chain depends on its
+neighbours.
 """
 
 import operator
@@ -16,36 +16,32 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, models, register_model
 
 LANES = 8
-WIDE_LANES = 16
 
 
 class _VectorType(types.Type):
-    """Eight or sixteen values of one scalar type."""
+    """Eight values of one scalar type."""
 
-    def __init__(self, scalar, element, lanes):
+    def __init__(self, scalar, element):
         self.element = element
-        self.lanes = lanes
-        super().__init__(name=f"{scalar}x{lanes}")
+        super().__init__(name=f"{scalar}x{LANES}")
 
 
 _DOUBLE, _INT64, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
-_FLOATS, _INTEGERS, _MASKS = (
-    {lanes: _VectorType(scalar, element, lanes) for lanes in (LANES, WIDE_LANES)}
-    for scalar, element in (("float64", _DOUBLE), ("int64", _INT64), ("mask", _BIT))
-)
-float64x8, int64x8 = _FLOATS[LANES], _INTEGERS[LANES]
+float64x8 = _VectorType("float64", _DOUBLE)
+int64x8 = _VectorType("int64", _INT64)
+_mask8 = _VectorType("mask", _BIT)
 
 
 def _llvm(vector):
-    return ir.VectorType(vector.element, vector.lanes)
+    return ir.VectorType(vector.element, LANES)
 
 
 def _is_float(kind):
-    return isinstance(kind, _VectorType) and kind.element is _DOUBLE
+    return kind == float64x8
 
 
 def _is_integer(kind):
-    return isinstance(kind, _VectorType) and kind.element is _INT64
+    return kind == int64x8
 
 
 @register_model(_VectorType)
@@ -64,7 +60,7 @@ def _spread(builder, scalar, vector):
     return builder.shuffle_vector(
         first,
         ir.Constant(kind, ir.Undefined),
-        ir.Constant(ir.VectorType(ir.IntType(32), vector.lanes), [0] * vector.lanes),
+        ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES),
     )
 
 
@@ -102,7 +98,8 @@ def _define(function, arguments, result, generate):
         return generate(builder, *_as_vectors(context, builder, values, sig.args, vector))
 
 
-def _define_binary(function, vector, scalar, result, generate):
+def _define_binary(function, vector, result, generate):
+    scalar = types.float64 if _is_float(vector) else types.int64
     for pair in ((vector, vector), (vector, scalar), (scalar, vector)):
         _define(function, pair, result, generate)
 
@@ -111,44 +108,25 @@ def _method(name, *first):
     return lambda builder, *values: getattr(builder, name)(*first, *values)
 
 
-def _define_operators(double, integer, mask):
-    for function, name in (
-        (operator.add, "fadd"),
-        (operator.sub, "fsub"),
-        (operator.mul, "fmul"),
-        (operator.truediv, "fdiv"),
-    ):
-        _define_binary(function, double, types.float64, double, _method(name))
-    for function, sign in (
-        (operator.lt, "<"),
-        (operator.le, "<="),
-        (operator.gt, ">"),
-        (operator.ge, ">="),
-        (operator.eq, "=="),
-    ):
-        _define_binary(function, double, types.float64, mask, _method("fcmp_ordered", sign))
-        _define_binary(function, integer, types.int64, mask, _method("icmp_signed", sign))
-    _define_binary(operator.ne, double, types.float64, mask, _method("fcmp_unordered", "!="))
-    _define_binary(operator.ne, integer, types.int64, mask, _method("icmp_signed", "!="))
-    for function, name in (
-        (operator.add, "add"),
-        (operator.sub, "sub"),
-        (operator.and_, "and_"),
-        (operator.or_, "or_"),
-        (operator.xor, "xor"),
-        (operator.lshift, "shl"),
-        (operator.rshift, "ashr"),
-    ):
-        _define_binary(function, integer, types.int64, integer, _method(name))
-    for function, name in (
-        (operator.and_, "and_"),
-        (operator.or_, "or_"),
-        (operator.xor, "xor"),
-    ):
-        _define(function, (mask, mask), mask, _method(name))
-    _define(operator.neg, (double,), double, _method("fneg"))
-    _define(operator.invert, (mask,), mask, _method("not_"))
-    _define(abs, (double,), double, lambda builder, x: _call(builder, "fabs", [x]))
+def _define_operators():
+    comparisons = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+    for sign, function in (comparisons | {"==": operator.eq}).items():
+        _define_binary(function, float64x8, _mask8, _method("fcmp_ordered", sign))
+        _define_binary(function, int64x8, _mask8, _method("icmp_signed", sign))
+    _define_binary(operator.ne, float64x8, _mask8, _method("fcmp_unordered", "!="))
+    _define_binary(operator.ne, int64x8, _mask8, _method("icmp_signed", "!="))
+    bitwise = {operator.and_: "and_", operator.or_: "or_", operator.xor: "xor"}
+    arithmetic = {operator.add: "add", operator.sub: "sub", operator.mul: "mul"}
+    shifts = {operator.lshift: "shl", operator.rshift: "ashr"}
+    for function, name in (arithmetic | {operator.truediv: "div"}).items():
+        _define_binary(function, float64x8, float64x8, _method(f"f{name}"))
+    for function, name in (arithmetic | bitwise | shifts).items():
+        _define_binary(function, int64x8, int64x8, _method(name))
+    for function, name in bitwise.items():
+        _define(function, (_mask8, _mask8), _mask8, _method(name))
+    _define(operator.neg, (float64x8,), float64x8, _method("fneg"))
+    _define(operator.invert, (_mask8,), _mask8, _method("not_"))
+    _define(abs, (float64x8,), float64x8, lambda builder, x: _call(builder, "fabs", [x]))
 
 
 def _call(builder, name, values):
@@ -161,8 +139,7 @@ def _call(builder, name, values):
     return builder.call(callee, values)
 
 
-for _lanes in (LANES, WIDE_LANES):
-    _define_operators(_FLOATS[_lanes], _INTEGERS[_lanes], _MASKS[_lanes])
+_define_operators()
 
 
 def _floating(name, n_arguments):
@@ -211,7 +188,7 @@ def select(typing_context, mask, chosen, otherwise):
     vector = chosen
     if isinstance(mask, _VectorType):
         vectors = [kind for kind in (chosen, otherwise) if isinstance(kind, _VectorType)]
-        vector = vectors[0] if vectors else _FLOATS[mask.lanes]
+        vector = vectors[0] if vectors else float64x8
 
     def generate(context, builder, sig, values):
         a, b = _as_vectors(context, builder, values[1:], sig.args[1:], vector)
@@ -248,7 +225,7 @@ def mask_bits(typing_context, mask):
     """The lanes of a mask as the low bits of an int64; 0 if no lane is set."""
 
     def generate(context, builder, sig, values):
-        return builder.zext(builder.bitcast(values[0], ir.IntType(mask.lanes)), _INT64)
+        return builder.zext(builder.bitcast(values[0], ir.IntType(LANES)), _INT64)
 
     return types.int64(mask), generate
 
@@ -263,24 +240,25 @@ def lowest_lane(typing_context, bits):
     return types.int64(bits), generate
 
 
-def _converting(method, vectors, scalar):
+def _converting(method, vector, scalar):
     """Intrinsic that makes values of another type, lane by lane for vectors."""
 
     def generic(typing_context, value):
-        result = vectors[value.lanes] if isinstance(value, _VectorType) else scalar
-        kind = _llvm(result) if isinstance(value, _VectorType) else vectors[LANES].element
+        is_vector = isinstance(value, _VectorType)
 
         def generate(context, builder, sig, values):
-            return getattr(builder, method)(values[0], kind)
+            return getattr(builder, method)(
+                values[0], _llvm(vector) if is_vector else vector.element
+            )
 
-        return result(value), generate
+        return (vector if is_vector else scalar)(value), generate
 
     return intrinsic(generic)
 
 
-as_bits = _converting("bitcast", _INTEGERS, types.int64)  # the 64 bits of a float64
-from_bits = _converting("bitcast", _FLOATS, types.float64)  # and back
-to_float = _converting("sitofp", _FLOATS, types.float64)  # int64 to the nearest float64
+as_bits = _converting("bitcast", int64x8, types.int64)  # the 64 bits of a float64
+from_bits = _converting("bitcast", float64x8, types.float64)  # and back
+to_float = _converting("sitofp", float64x8, types.float64)  # int64 to the nearest float64
 
 
 @intrinsic
@@ -312,34 +290,26 @@ def _pointer(context, builder, sig, values, vector):
     return builder.bitcast(place, _llvm(vector).as_pointer())
 
 
-def _vector_of(array, lanes):
-    return (_FLOATS if array.dtype is types.float64 else _INTEGERS)[lanes]
+def _vector_of(array):
+    return float64x8 if array.dtype is types.float64 else int64x8
 
 
-def _loading(lanes):
-    """Intrinsic that reads a vector from memory."""
+@intrinsic
+def load(typing_context, array, indices):
+    """Eight neighbours of a C-contiguous float64, int64 or uint64 array from `indices` on."""
+    vector = _vector_of(array)
 
-    def load(typing_context, array, indices):
-        vector = _vector_of(array, lanes)
+    def generate(context, builder, sig, values):
+        pointer = _pointer(context, builder, sig, values, vector)
+        return builder.load(pointer, align=8, typ=_llvm(vector))
 
-        def generate(context, builder, sig, values):
-            pointer = _pointer(context, builder, sig, values, vector)
-            return builder.load(pointer, align=8, typ=_llvm(vector))
-
-        return vector(array, indices), generate
-
-    return intrinsic(load)
-
-
-# neighbours of a C-contiguous float64, int64 or uint64 array from the given indices on
-load = _loading(LANES)
-load_wide = _loading(WIDE_LANES)
+    return vector(array, indices), generate
 
 
 @intrinsic
 def store(typing_context, array, indices, value):
-    """Write neighbours of a C-contiguous array from `indices` on; eight for a scalar value."""
-    vector = value if isinstance(value, _VectorType) else _vector_of(array, LANES)
+    """Write eight neighbours of a C-contiguous array from `indices` on."""
+    vector = value if isinstance(value, _VectorType) else _vector_of(array)
 
     def generate(context, builder, sig, values):
         content = _as_vector(context, builder, values[2], sig.args[2], vector)

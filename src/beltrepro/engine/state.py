@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,11 +29,6 @@ class Scheme:
     integrator: str  # name of the integrator that these are the variables of
     time_step: float  # dt, on which they depend
     variables: dict[str, np.ndarray]  # by the names that the integrator gives them
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Scheme):
-            return NotImplemented
-        return equal_fields(self, other)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -101,14 +97,8 @@ class ChainState:
 
         Parameters
         ----------
-        parameters : ChainParameters
-            The chain.
-        positions : array (N,)
-            Of the blocks, model length; undeformed springs if not given.
-        time : float
-            Instant, model time.
-        seed, replicate : int
-            Key of the random stream, with the parameters; the thresholds are its first numbers.
+        parameters, positions, time, seed, replicate : as for `in_motion`
+            The chain, where its blocks are and when, and the key of the random stream.
 
         Returns
         -------
@@ -218,14 +208,9 @@ class ChainState:
             velocities = checks.numbers("velocities", velocities, len(rest))
             relative = velocities - self.parameters.belt_velocity
         directions = np.sign(relative) if velocities is not None else self.directions
-        state = dataclasses.replace(
-            self,
-            displacements=displacements,
-            relative_velocities=relative,
-            directions=directions,
-            scheme=None,
+        return self._audited_anew(
+            displacements=displacements, relative_velocities=relative, directions=directions
         )
-        return state._audited_anew()
 
     @names.checked
     def under(self, parameters: ChainParameters) -> ChainState:
@@ -267,16 +252,13 @@ class ChainState:
         thresholds = parameters.by_block("static_friction") + parameters.noise * deviates
         if (old.static_friction, old.noise) == (parameters.static_friction, parameters.noise):
             thresholds = self.thresholds
-        state = dataclasses.replace(
-            self,
+        return self._audited_anew(
             parameters=parameters,
             displacements=self.positions - parameters.rest_positions,
             relative_velocities=relative,
             directions=np.sign(relative),
             thresholds=thresholds,
-            scheme=None,
         )
-        return state._audited_anew()
 
     @names.checked
     def keyed(self, seed: int, replicate: int) -> ChainState:
@@ -303,22 +285,23 @@ class ChainState:
         (stream,), _ = _drawn([self.parameters], [seed], [replicate])
         return dataclasses.replace(self, seed=seed, replicate=replicate, stream=stream)
 
-    def _audited_anew(self) -> ChainState:
+    def _audited_anew(self, **changes: Any) -> ChainState:
+        """This state with some changes; the energy audit begins with it."""
+        state = dataclasses.replace(self, **changes, scheme=None)
         # in the frame of the belt first: for blocks at rest there the sums round like a product
-        speed, relative = self.parameters.belt_velocity, self.relative_velocities
-        mass = self.parameters.by_block("mass")
+        speed, relative = state.parameters.belt_velocity, state.relative_velocities
+        mass = state.parameters.by_block("mass")
         total, slip = float(mass.sum()), (mass * relative).sum()
         with np.errstate(over="ignore"):
             kinetic = total * speed**2 / 2 + (speed * slip + (mass * relative**2).sum() / 2)
-            energy = float(potential_energy(self.positions, self.parameters) + kinetic)
-        state = dataclasses.replace(
-            self,
+            energy = float(potential_energy(state.positions, state.parameters) + kinetic)
+        return dataclasses.replace(
+            state,
             friction_losses=np.zeros(len(relative)),
             wall_impulse=0.0,
             initial_energy=energy,
             initial_momentum=float(total * speed + slip),
-        )
-        return state._checked()
+        )._checked()
 
     def _checked(self) -> ChainState:
         if not math.isfinite(self.initial_energy):
@@ -337,16 +320,6 @@ class ChainState:
         if not isinstance(other, ChainState):
             return NotImplemented
         return equal_fields(self, other)
-
-
-def scheme_variables(
-    state: ChainState, integrator: str, time_step: float
-) -> dict[str, np.ndarray] | None:
-    """Variables of the scheme, if that integrator made the state with that time step."""
-    scheme = state.scheme
-    if scheme and (scheme.integrator, scheme.time_step) == (integrator, time_step):
-        return scheme.variables
-    return None
 
 
 def states_at_rest(
@@ -407,6 +380,8 @@ def equal_fields(one, other) -> bool:
 
 
 def _same(one, other) -> bool:
+    if isinstance(one, Scheme) and isinstance(other, Scheme):
+        return equal_fields(one, other)
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_same(one[name], other[name]) for name in one)
     if isinstance(one, np.ndarray) != isinstance(other, np.ndarray):

@@ -18,7 +18,10 @@ import numpy as np
 from beltrepro.engine.law import curved_branch, stiffness
 from beltrepro.engine.simd import LANES, fma, load, select, spread, store
 from beltrepro.engine.vector import inlined, maximum, minimum, zeros
-from beltrepro.model.accuracy import ORDER
+
+# Order of the series of the positions, odd; with noise less will do.
+ORDER = 19
+NOISY_ORDER = 13
 
 # Functions take the order of the positions as an argument, a constant of the kernel that calls
 # them: the compiler lays out their loops.

@@ -25,10 +25,9 @@ _LINE = 64  # bytes of a cache line and of a vector of eight doubles
 
 @functools.cache
 def _engine_version():
-    """Hash of the sources of this folder, and of those outside it that kernels are made of."""
+    """Hash of the sources that kernels are made of: of this folder, and the law of friction."""
     here = pathlib.Path(__file__).parent
-    outside = (here.parent / "model" / "accuracy.py", here.parent / "model" / "friction.py")
-    sources = (*sorted(here.glob("*.py")), *outside)
+    sources = *sorted(here.glob("*.py")), here.parent / "model" / "friction.py"
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 
@@ -48,10 +47,11 @@ def allocating_kernel(function):
     """
     dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     cache = dispatcher._cache
-    enclosed = [_identity(cell.cell_contents) for cell in function.__closure__ or ()]
+    enclosed = repr([_identity(cell.cell_contents) for cell in function.__closure__ or ()])
+    digest = hashlib.sha256(enclosed.encode()).hexdigest()
     cache._cache_file = KernelCacheFile(
         cache._cache_path,
-        f"{cache._impl.filename_base}-{_hash(repr(enclosed))[:12]}",
+        f"{cache._impl.filename_base}-{digest[:12]}",
         (*cache._impl.locator.get_source_stamp(), _engine_version()),
     )
     cache._index_key = lambda signature, codegen: (
@@ -67,11 +67,7 @@ def _identity(enclosed):
     function = getattr(enclosed, "py_func", None)
     if function is None:
         return enclosed
-    return function.__module__, function.__qualname__, _hash(inspect.getsource(function))
-
-
-def _hash(text):
-    return hashlib.sha256(text.encode()).hexdigest()
+    return function.__module__, function.__qualname__, inspect.getsource(function)
 
 
 def inlined(function):

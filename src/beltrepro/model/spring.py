@@ -1,8 +1,10 @@
-"""Spring law of Sec. III (Fig. 6): linear up to a limit, exponential beyond it.
+"""Spring law of Sec. III (Fig. 6): linear up to a limit, exponential beyond it; and its balance.
 
 Springs may differ by a factor, their stiffness: then the last axis of an array is that of the N
 springs.
 """
+
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +12,8 @@ import numpy.typing as npt
 from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import ChainParameters
 
-_PAPER = ChainParameters(n_blocks=1, belt_velocity=1.0)
+SECTION_POSITION = 615.0  # of the last of five blocks (Sec. IV.A, Fig. 12)
+_PAPER, _FIVE = (ChainParameters(n_blocks, belt_velocity=1.0) for n_blocks in (1, 5))
 
 
 def spring_force(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
@@ -56,6 +59,31 @@ def balance_tension(parameters: ChainParameters) -> np.ndarray:
     if parameters.varied:
         return np.cumsum(kinetic[::-1])[::-1]
     return kinetic * np.arange(parameters.n_blocks, 0, -1)
+
+
+def balance_length(parameters: ChainParameters, blocks: int | None = None) -> float:
+    """Length of the chain, or of its first blocks, at which springs balance kinetic friction."""
+    # only friction that depends on the velocity lets the balance depend on the belt
+    speed = parameters.belt_velocity if parameters.friction_varies else 1.0
+    return _balance_length(parameters.n_blocks, speed, parameters.law, blocks)
+
+
+@cache  # a scan asks for that of each of its chains
+def _balance_length(n_blocks: int, speed: float, law: tuple, blocks: int | None) -> float:
+    chain = ChainParameters(n_blocks, speed, 0.0, *law)
+    extension = spring_extension(balance_tension(chain), chain)
+    return float(np.sum((np.asarray(chain.rest_length) + extension)[:blocks]))
+
+
+def section_position(parameters: ChainParameters, block: int | None = None) -> float:
+    """Position at which the velocity of a block, the last one unless told, is recorded (Fig. 12).
+
+    The paper gives 615 for the last of five blocks, 0.998 of the place at which the springs balance
+    the kinetic friction of all blocks. For other blocks and chains the same share of that place is
+    taken.
+    """
+    share = SECTION_POSITION / balance_length(_FIVE)
+    return round(share * balance_length(parameters, block or parameters.n_blocks), 1)
 
 
 def chain_deformations(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:

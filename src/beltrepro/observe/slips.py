@@ -1,6 +1,5 @@
 """Slips of the blocks: counts, order, laminar phases of the last block, avalanches."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -153,50 +152,28 @@ def _turns(events: np.ndarray) -> np.ndarray:
 class EventLog:
     """Keeps the events of all chains: for single runs and catalogues."""
 
-    _PIECE = 1 << 16  # events; arrays of this size go back to the system once they are not needed
-
     def __init__(self, width: int, rest_positions: np.ndarray) -> None:
         self._rest_positions = rest_positions
         self._parts: list[list[np.ndarray]] = [[] for _ in range(width)]
-        self._pieces: list[list[np.ndarray]] = [[] for _ in range(width)]
-        self._open = np.zeros(width, dtype=np.int64)  # events in the parts
+        self.counts = np.zeros(width, dtype=np.int64)  # of events
 
     def observe(self, chunk: Chunk) -> None:
         """Copy the events of a chunk."""
         for lane, parts in enumerate(self._parts):
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
-        self._open += chunk.event_count
-        for lane in np.flatnonzero(self._open > self._PIECE):
-            self._close_piece(lane)
-
-    def events(self, lane: int) -> np.ndarray:
-        """Events of one chain in the order of time."""
-        self._close_piece(lane)
-        return np.concatenate(self._pieces[lane])
-
-    @property
-    def counts(self) -> np.ndarray:
-        """Number of events (W,) of all chains so far."""
-        closed = [sum(map(len, pieces)) for pieces in self._pieces]
-        return np.array(closed, dtype=np.int64) + self._open
+        self.counts += chunk.event_count
 
     @property
     def nbytes(self) -> int:
         """Memory of the events of all chains."""
         return int(self.counts.sum()) * EVENT_FIELDS * np.dtype(float).itemsize
 
-    def give_up(self, lane: int) -> Iterator[np.ndarray]:
-        """Events of one chain in pieces, which the log then no longer keeps."""
-        self._close_piece(lane)
-        while self._pieces[lane]:
-            yield self._pieces[lane].pop(0)
-
-    def _close_piece(self, lane):
+    def events(self, lane: int) -> np.ndarray:
+        """Events of one chain in the order of time, which the log then no longer keeps."""
         events = np.concatenate([np.empty((0, EVENT_FIELDS)), *self._parts[lane]])
+        self._parts[lane].clear()  # a long run has millions
         events[:, EVENT_POSITION] += self._rest_positions[events[:, EVENT_BLOCK].astype(int)]
-        self._pieces[lane].append(events)
-        self._parts[lane].clear()
-        self._open[lane] = 0
+        return events
 
 
 _TIMES = [("start_time", "f8"), ("stop_time", "f8")]

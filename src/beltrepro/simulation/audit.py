@@ -17,8 +17,8 @@ import scipy
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
+from beltrepro.engine.event import NOISE_CELL
 from beltrepro.model import ChainParameters
-from beltrepro.model.accuracy import NOISE_CELL
 from beltrepro.model.friction import kinetic_friction, next_direction
 from beltrepro.model.spring import external_force
 from beltrepro.simulation.tables import Tabled

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltrepro.model.section import balance_length
+from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
 from beltrepro.simulation.setup import Case, caller
 

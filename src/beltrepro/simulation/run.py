@@ -12,8 +12,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import needing
 from beltrepro.engine.state import ChainState, equal_fields
 from beltrepro.model import ChainParameters
-from beltrepro.observe.forward_slip import ForwardSlip
-from beltrepro.simulation import sum_rule
+from beltrepro.observe import sum_rule
 from beltrepro.simulation.run_file import load_run, save_run
 from beltrepro.simulation.tables import Tabled, blocks
 
@@ -121,7 +120,7 @@ class Run(Tabled):
         time, block, force, position = columns
         place = position - self.parameters.rest_positions[block - 1]
         slips = self.events["kind"] == "slip"
-        forward = ForwardSlip([self.initial_state])
+        forward = sum_rule.ForwardSlip([self.initial_state])
         forward.add(0, np.column_stack([time, block - 1, slips, force, place]))
         ends = [self.initial_state], [self.final_state]
         return float(sum_rule.sum_rule_residual(*ends, forward.way(ends[1]))[0])

@@ -11,9 +11,9 @@ from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.observe.crossings import SectionValues
-from beltrepro.observe.forward_slip import ForwardSlip
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
+from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
 from beltrepro.simulation.groups import Report, integrator_of, observe, slipping_since
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.results import Results, gathered
@@ -28,7 +28,6 @@ from beltrepro.simulation.setup import (
     setup_of,
     with_setup,
 )
-from beltrepro.simulation.sum_rule import mean_wall_tension, sum_rule_residual
 
 SLIP_COLUMNS = 10  # of slip_count, at least: results of chains of few blocks are of one shape
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory

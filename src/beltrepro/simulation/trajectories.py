@@ -138,7 +138,7 @@ def _follow(
     loading.judge(group, histories)
     measured = sampling, start + lengths["transient"], integrator.time
     length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
-    runs, counts = [], events.counts
+    runs = []
     for lane, (case, state) in enumerate(zip(members, integrator.state(), strict=True)):
         recorded: dict[str, Any] = {"time": np.empty(0)}
         recorded |= dict.fromkeys(("positions", "velocities", "friction"), np.empty((0, len(rest))))
@@ -154,7 +154,7 @@ def _follow(
             final_state=state,
             version=_version(),
             energy_residual=float(residual[lane]),
-            events=_event_records(events, lane, counts[lane]),
+            events=_event_records(events.events(lane)),
             method=case.method,
             seed=case.state.seed,
             replicate=case.state.replicate,
@@ -171,15 +171,11 @@ def _version() -> str:
     return version("beltrepro")
 
 
-def _event_records(log: EventLog, lane: int, count: int) -> np.ndarray:
-    """Events of one chain as records; a long run has millions, so the log gives them up."""
-    records = np.empty(count, dtype=EVENT)
-    start = 0
-    for rows in log.give_up(lane):
-        part = records[start : start + len(rows)]
-        for name, column in _EVENT_COLUMNS.items():
-            part[name] = rows[:, column]
-        part["block"] = rows[:, EVENT_BLOCK].astype(np.int64) + 1
-        part["kind"] = np.where(rows[:, EVENT_SLIP] > 0, "slip", "stick")
-        start += len(rows)
+def _event_records(rows: np.ndarray) -> np.ndarray:
+    """Events of one chain as records."""
+    records = np.empty(len(rows), dtype=EVENT)
+    for name, column in _EVENT_COLUMNS.items():
+        records[name] = rows[:, column]
+    records["block"] = rows[:, EVENT_BLOCK].astype(np.int64) + 1
+    records["kind"] = np.where(rows[:, EVENT_SLIP] > 0, "slip", "stick")
     return records

@@ -5,7 +5,7 @@ from importlib import resources
 import yaml
 
 from beltrepro.model import ChainParameters
-from beltrepro.model.section import PAPER_POSITION
+from beltrepro.model.spring import SECTION_POSITION
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.report.material import Material
 
@@ -21,7 +21,7 @@ def gather(_: Material) -> dict:
     choices = yaml.safe_load((folder / "presets.yaml").read_text(encoding="utf-8"))
     for preset in choices["presets"]:
         preset["settings"]["f"] = _CHAIN.friction_ratio
-    law = {name: getattr(_CHAIN, name) for name in _LAW} | {"section": PAPER_POSITION}
+    law = {name: getattr(_CHAIN, name) for name in _LAW} | {"section": SECTION_POSITION}
     law["section_chain"] = {"blocks": _CHAIN.n_blocks, "ratio": _CHAIN.friction_ratio}
     settings = {"law": law, "second": TIME_S, "block": _BLOCK, "presets": choices["presets"]}
     return choices | {"second": f"{TIME_S:.4f}", "settings": settings}
