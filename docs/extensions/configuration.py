@@ -2,37 +2,46 @@
 
 import json
 
-from pydantic import TypeAdapter
-
-from beltrepro.replication.plan import config, filming, kinds, points
+from beltrepro.replication.camera.scene import camera_settings
+from beltrepro.replication.plan import config, kinds, points
 from extensions import markdown
 
 _LIMITS = {
-    "minimum": "{} or more",
-    "exclusiveMinimum": "more than {}",
-    "maximum": "at most {}",
-    "exclusiveMaximum": "less than {}",
+    "ge": "{} or more",
+    "gt": "more than {}",
+    "le": "at most {}",
+    "lt": "less than {}",
     "minItems": "at least {} of them",
     "pattern": "matches {}",
 }
+_GRIDS = """One value, a list, `{start, stop, step}` with both ends, or, but for `n_blocks` and `method`,
+a table N -> such values. `seed` can be `{offset: 1}`, which is added to the seed of the top level,
+`replicate` the first so many, `{count: 32}`, and `method` `{without_noise: verlet, with_noise: event}`.
+"""
 
 
 def keys() -> str:
     """Every key of config.yaml: where it stands, what it is, what is allowed."""
-    whole = config.schema()
-    parts = whole["$defs"]
-    lines = [markdown.plain(whole["description"]), "## Top level", _keys(whole, parts)]
-    titles = {"Dataset": "A dataset", "MoreRuns": "More runs", "Film": "A film"}
-    titles |= {"Camera": "The camera", "Preset": "A preset"}
+    whole = config.Config.model_json_schema()
+    parts = {"Config": whole} | whole["$defs"]
+    lines = []
+    titles = {"Config": "Top level", "Dataset": "A dataset", "Film": "A film"}
+    titles |= {"Preset": "A preset", "Thin": "A thinner preset"}
     for name, title in titles.items():
         lines += [f"## {title}", markdown.plain(parts[name]["description"])]
         lines.append(_keys(parts[name], parts))
         if name == "Dataset":
             also = "It also takes every quantity and the settings of its kind. So does `defaults`."
             lines.append(also)
-    lines += ["## Quantities", "Any of them can be an axis of a dataset."]
-    lines += [_values(points.QUANTITIES), "## Settings", "They belong to a whole dataset."]
-    return "\n\n".join([*lines, _values(kinds.SETTINGS)])
+    camera = {name: setting.metadata for name, setting in camera_settings().items()}
+    rows = [[markdown.code(name), about["words"]] for name, about in camera.items()]
+    lines += ["## The camera", markdown.table(["key", "what it is"], rows)]
+    lines += ["## Quantities", "Any of them can be an axis of a dataset.", _GRIDS]
+    lines.append(_values(points.QUANTITIES, parts["Axes"], points.DEFAULTS))
+    lines += ["## Settings", "They belong to a whole dataset."]
+    defaults = {name: field.default for name, field in config.Settings.model_fields.items()}
+    lines.append(_values(kinds.SETTINGS, parts["Defaults"], defaults))
+    return "\n\n".join(lines)
 
 
 def recorded() -> str:
@@ -52,20 +61,23 @@ def _keys(whole: dict, parts: dict) -> str:
     return markdown.table(["key", "what it is", "allowed"], rows)
 
 
-def _values(described: dict) -> str:
+def _values(described: dict, part: dict, defaults: dict) -> str:
     rows = []
     for name, about in described.items():
-        required = about.default is points.REQUIRED
-        default = "required" if required else markdown.code(json.dumps(about.default))
+        default = defaults[name]
+        default = default if default == points.REQUIRED else markdown.code(json.dumps(default))
+        symbol = f"{about.symbol}: " if about.symbol else ""
+        words = markdown.plain(symbol + about.description)
         unit = markdown.plain(points.UNITS[about.unit])
-        allowed = _allowed(TypeAdapter(config.type_of(about.type, **about.limits)).json_schema())
-        words = markdown.plain(config.words_of(about))
+        allowed = _allowed(part["properties"][name])
         rows.append([markdown.code(name), words, unit, allowed, default])
     return markdown.table(["key", "what it is", "unit", "allowed", "default"], rows)
 
 
 def _allowed(told: dict) -> str:
-    """What a value may be, in words."""
+    """What a value may be, in words; of a grid, what one value of it may be."""
+    while "oneOf" in told:
+        told = told["oneOf"][0]
     if "anyOf" in told:
         return " or ".join(map(_allowed, told["anyOf"]))
     if "$ref" in told:
@@ -94,7 +106,7 @@ def _kind(kind: kinds.Kind) -> str:
 
 def setup(app) -> dict:
     """Called by Sphinx."""
-    sources = (config, filming, kinds, points)
+    sources = (config, kinds, points)
     app.add_directive("config-keys", markdown.directive(keys, *sources))
     app.add_directive("dataset-kinds", markdown.directive(recorded, *sources))
     return {"parallel_read_safe": True}

@@ -17,7 +17,7 @@ from typing import Any
 
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
-from beltrepro.replication.plan.config import SOURCE, check_text, load_config
+from beltrepro.replication.plan.config import SOURCE, load_config
 
 _SETTING = r"[a-zA-Z_][\w-]*\w"  # names that Snakemake takes
 
@@ -54,7 +54,6 @@ def check_settings(entries: Iterable[str]) -> None:
         if name in names:
             raise InputError(f"--config {entry}: {name} is given twice")
         names.add(name)
-        check_text(value, f"--config {name}")
         if not equals:
             raise InputError(
                 f"--config {entry}: NAME=VALUE is needed; targets stand before --config, as in "
