@@ -20,7 +20,7 @@ import browser
 import figure_data
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import kinds, registry
-from beltrepro.replication.plan.config import schema
+from beltrepro.replication.plan.config import Config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.verdicts.ledger import load_ledger
 from extensions import api, claims_and_figures, configuration, markdown, rule_graph, tutorial
@@ -95,7 +95,7 @@ def test_configuration_has_every_key():
 
     rules = {"start", "stop", "step", "without_noise", "with_noise", "offset", "count"}
     page = configuration.keys().replace("\\_", "_")
-    for name in set(names(schema())) - rules:
+    for name in set(names(Config.model_json_schema())) - rules:
         assert f"| `{name}` |" in page, name
     assert rules <= set(re.findall(r"\w+", page)), "forms of an axis, in the words of its key"
 
