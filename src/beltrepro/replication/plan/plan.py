@@ -307,7 +307,8 @@ def _less(key: str, value: Any, where: str, thin: dict) -> Any:
         return {axis: _less(axis, grid, where, thin) for axis, grid in value.items()}
     if key in SETTINGS:
         return min(value, thin[key]) if key in thin else value
-    if key not in QUANTITIES or key in ("n_blocks", "method", "seed"):
+    is_grid = isinstance(value, list | dict)
+    if not is_grid or key not in QUANTITIES or key in ("n_blocks", "method", "seed"):
         return value
     if is_by_size(value):
         return {size: _less(key, grid, where, thin) for size, grid in value.items()}
