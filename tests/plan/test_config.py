@@ -91,7 +91,7 @@ def test_keys_and_words_are_of_the_same_things():
         (f"{DATASET}.noise", -3, f"{DATASET}.noise = -3: must be greater than or equal to 0"),
         (f"{DATASET}.noise.stpe", 1, f"unknown key 'stpe' in {DATASET}.noise; did you mean"),
         ("datasets.pairs_r_event.seed.ofset", 1, "in datasets.pairs_r_event.seed; did you mean"),
-        ("preset", "smok", "'smok': allowed are smoke, standard, paper; did you mean 'smoke'?"),
+        ("preset", "smok", "'smok': allowed are standard, paper, smoke; did you mean 'smoke'?"),
         ("datasets.u1.section_values", 3, "a dataset of kind series has no such setting, only dur"),
         ("run", "smoke", "run = 'smoke': is the name of another preset"),
         ("run", "r" * 101, "must have at most 100 characters"),

@@ -307,7 +307,9 @@ def test_a_thinner_preset_has_a_part_of_the_points(keys, axis, kept):
     presets = {"thin": {"based_on": "own", "thin": thin}, "more": {"based_on": "thin"}}
     presets["more"]["datasets"] = {"one": {axis: [7, 8, 9, 10]}}
     whole["presets"] |= presets
-    thinner = make_plan(whole | {"preset": "thin"}).datasets["one"]
+    thin_plan = make_plan(whole | {"model": {"rest_length": 50}, "preset": "thin"})
+    assert thin_plan.model["rest_length"] == 50
+    thinner = thin_plan.datasets["one"]
     assert thinner.values()[axis] == kept
     assert set(thinner.points) <= set(make_plan(whole).datasets["one"].points)
     assert (thinner.settings["duration"], thinner.settings["transient"]) == (80, 50)
