@@ -19,7 +19,7 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint docs verify checksums publish archive interruptions schema cache bench env slurm lock clean \
+.PHONY: figures smoke paper test lint docs verify checksums publish archive interruptions cache bench env slurm lock clean \
         help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
@@ -62,9 +62,6 @@ archive:  ## sources of HEAD and a finished run in one ZIP file for a data repos
 
 interruptions: env  ## kill the smoke workflow 20 times and compare the bits: half an hour
 	$(BIN)/python tests/support/interruptions.py $(ARGS)
-
-schema: env  ## the schema of config.yaml for editors, from the code
-	$(BIN)/python -m beltrepro.replication.plan.config > workflow/schemas/config.schema.yaml
 
 cache: env  ## compile the integrators now, not in the first runs
 	$(BIN)/python -m beltrepro.extras.cache

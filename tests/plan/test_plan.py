@@ -13,7 +13,14 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.units import TIME_S, VELOCITY_M_S
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import grid_values, make_plan
-from beltrepro.replication.plan.points import QUANTITIES, REQUIRED, columns, plain, points_of
+from beltrepro.replication.plan.points import (
+    DEFAULTS,
+    QUANTITIES,
+    REQUIRED,
+    columns,
+    plain,
+    points_of,
+)
 from beltrepro.simulation.setup import Setup
 
 CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
@@ -56,7 +63,7 @@ def test_grids():
     assert (fine[0], fine[-1], len(fine)) == (0.2, 50, 250)
     assert grid_values({"start": 1, "stop": 2, "step": 0.3}, "") == (1, 1.3, 1.6, 1.9)
     assert grid_values(7, "") == (7,)
-    assert grid_values([3, None, 1], "") == (None, 1, 3)
+    assert grid_values([3, 1], "") == (1, 3)
 
 
 AXES = {
@@ -72,7 +79,6 @@ AXES = {
     "initial_spread": [0, 0.1],
     "method": ["event", "verlet"],
     "time_step": [0.001, 0.002],
-    "tolerance": [None, 1e-6],
     "seed": [1, 2],
     "replicate": [0, 4],
 }
@@ -80,20 +86,19 @@ AXES = {
 
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_any_quantity_can_be_an_axis(name):
-    exact = {"method": "event"} if name == "tolerance" else {}
-    points_made = single(**{name: AXES[name]}, **exact).points
+    points_made = single(**{name: AXES[name]}).points
     expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else AXES[name]
     assert [getattr(point, name) for point in points_made] == expected
 
 
 def test_defaults_are_those_of_the_library():
     (case,) = Setup([ChainParameters(n_blocks=2, belt_velocity=10)]).cases
-    for name, about in QUANTITIES.items():
+    for name, default in DEFAULTS.items():
         parts = [part for part in (case, case.parameters, case.state) if hasattr(part, name)]
         if name in ("n_blocks", "belt_velocity"):
-            assert about.default is REQUIRED
+            assert default == REQUIRED
         else:
-            assert {about.default} == {getattr(part, name) for part in parts}, name
+            assert {default} == {getattr(part, name) for part in parts}, name
 
 
 def test_the_last_quantity_varies_fastest():
@@ -116,11 +121,11 @@ def test_seed_counts_on_that_of_the_top_level():
 
 
 def test_columns_and_plain_values_keep_the_points():
-    points_made = single(tolerance=[None, 1e-6], method="event", replicate={"count": 2}).points
+    points_made = single(noise=[0, 0.5], replicate={"count": 2}).points
     assert points_of(json.loads(json.dumps(plain(points_made)))) == list(points_made)
     table = columns(points_made)
     assert set(table) == set(QUANTITIES)
-    np.testing.assert_array_equal(table["tolerance"], [np.nan, np.nan, 1e-6, 1e-6])
+    np.testing.assert_array_equal(table["noise"], [0, 0, 0.5, 0.5])
     assert table["n_blocks"].dtype == np.int64 and table["method"].tolist() == ["event"] * 4
 
 
@@ -281,3 +286,33 @@ def test_free_trials_include_the_printed_constants(plan):
     assert 0.45 in values["friction_ratio"]
     printed = plan.datasets["trials"].values()["belt_velocity"]
     assert set(printed) <= set(values["belt_velocity"])
+
+
+@pytest.mark.parametrize(
+    ("keys", "axis", "kept"),
+    [
+        ({"noise": {"start": 0, "stop": 6, "step": 1}}, "noise", [0, 3, 6]),
+        ({"noise": {"2": [0, 1, 2, 3]}}, "noise", [0, 2]),
+        ({"noise": [0, 1, 2]}, "noise", [0, 1, 2]),
+        ({"replicate": {"count": 9}}, "replicate", [0, 1, 2]),
+        ({"replicate": {"start": 1, "stop": 4, "step": 1}}, "replicate", [1, 2]),
+        ({"replicate": 3}, "replicate", [3]),
+        ({"replicate": 1, "also": {"replicate": {"start": 2, "stop": 9, "step": 1}}},
+         "replicate", [1, 2, 3]),
+    ],
+)  # fmt: skip
+def test_a_thinner_preset_has_a_part_of_the_points(keys, axis, kept):
+    whole = small_plans.configuration(**keys)
+    thin = {"values": 3, "replicates": 4, "duration": 80, "transient": 90}
+    presets = {"thin": {"based_on": "own", "thin": thin}, "more": {"based_on": "thin"}}
+    presets["more"]["datasets"] = {"one": {axis: [7, 8, 9, 10]}}
+    whole["presets"] |= presets
+    thin_plan = make_plan(whole | {"model": {"rest_length": 50}, "preset": "thin"})
+    assert thin_plan.model["rest_length"] == 50
+    thinner = thin_plan.datasets["one"]
+    assert thinner.values()[axis] == kept
+    assert set(thinner.points) <= set(make_plan(whole).datasets["one"].points)
+    assert (thinner.settings["duration"], thinner.settings["transient"]) == (80, 50)
+    if "also" not in keys:
+        more = make_plan(whole | {"preset": "more"}).datasets["one"]
+        assert more.values()[axis] == [7, 8, 9, 10]

@@ -17,7 +17,7 @@ from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import to_si
 from beltrepro.replication.plan import files, inputs, kinds, tables
-from beltrepro.replication.plan.config import load_config
+from beltrepro.replication.plan.config import Settings, load_config
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, REQUIRED, points_of
 from beltrepro.replication.plan.workflow import Workflow
@@ -29,7 +29,6 @@ EMPTY = inspect.Parameter.empty
 METHODS = {"without_noise": "verlet", "with_noise": "event"}
 OTHER = {  # than those of `planned`, and sensible
     "method": "verlet",
-    "tolerance": 1e-5,
     "samples": ["velocities"],
     "noise_clock": "laboratory",
     "energies": [5.0, 2.0],
@@ -80,11 +79,11 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
         assert settings == spec["settings"] | {"progress": print}
         for row, (point, case) in enumerate(zip(points, cases, strict=True)):
             assert all(getattr(case.parameters, name) == getattr(point, name) for name in CHAIN)
-            for name in ("method", "time_step", "tolerance", "initial_spread"):
+            for name in ("method", "time_step", "initial_spread"):
                 assert getattr(case, name) == getattr(point, name)
             assert (case.state.seed, case.state.replicate) == (point.seed, point.replicate)
             for name, values in columns.items():
-                assert values[row] == getattr(point, name) or getattr(point, name) is None
+                assert values[row] == getattr(point, name)
         heard.add(repr((spec["settings"], points)))
     assert len(heard) == len(names) + 1
 
@@ -94,8 +93,9 @@ def test_defaults_of_settings_are_those_of_the_functions_that_get_them():
     for kind in KINDS.values():
         of_function = inspect.signature(resolve_name(kind.record)).parameters
         for name in kind.settings:
-            own, default = SETTINGS[name].default, getattr(of_function.get(name), "default", EMPTY)
-            if own is not REQUIRED and default is not EMPTY:
+            own = Settings.model_fields[name].default
+            default = getattr(of_function.get(name), "default", EMPTY)
+            if own != REQUIRED and default is not EMPTY:
                 compared += 1
                 assert own == (list(default) if isinstance(own, list) else default), name
     assert compared > 8

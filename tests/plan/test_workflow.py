@@ -240,7 +240,7 @@ HOUSEKEEPING = (
     *("cli/app.py:main", "base/store.py:read", "base/atomic.py:replacing"),
     *("base/provenance.py:origin", "simulation/run_file.py:load_run"),
     *("replication/plan/lifecycle.py:begin", "replication/plan/plan.py:make_plan"),
-    *("replication/plan/config.py:schema", "replication/plan/kinds.py:attributes"),
+    *("replication/plan/config.py:checked", "replication/plan/kinds.py:attributes"),
 )
 
 

@@ -1,18 +1,13 @@
-"""config.yaml: what it may hold, as one typed description, and one line for whatever is wrong.
+"""config.yaml: what may stand in it, and one line for whatever is wrong.
 
-Types, limits, words and defaults of quantities, settings and the camera stand in `points`, `kinds`
-and `films`. `python -m beltrepro.replication.plan.config` prints the schema as YAML, for editors:
-`make schema` keeps it in workflow/schemas/.
+The words of quantities and settings stand in words.yaml, their limits where the library has them.
 """
 
 import datetime
-import itertools
-import json
 import re
-import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Hashable, Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin
+from typing import Annotated, Any, Generic, Literal, NoReturn, TypeVar
 
 import yaml
 from pydantic import (
@@ -22,58 +17,37 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
-    Strict,
     Tag,
     ValidationError,
-    WrapValidator,
-    create_model,
+    model_validator,
+    with_config,
 )
 from pydantic_core import PydanticCustomError
-from typing_extensions import TypeAliasType
+from typing_extensions import TypedDict
 
 from beltrepro.base import reading
 from beltrepro.base.checks import LONGEST_GRID, shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
-from beltrepro.replication.plan.filming import CAMERA
-from beltrepro.replication.plan.kinds import KINDS, SETTINGS
-from beltrepro.replication.plan.points import LAW, QUANTITIES, WORDS, Described, Method
+from beltrepro.model.parameters import LIMITS, LONGEST
+from beltrepro.replication.plan.kinds import KINDS
+from beltrepro.replication.plan.points import REQUIRED
 
 SOURCE = "config.yaml"
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
-MOST_BYTES = 1_000_000  # of a file of settings, and values in it, with all that repeats itself
-MOST_VALUES = 100_000
+MOST_BYTES = 1_000_000  # of a file of settings
+
+# --- the file -------------------------------------------------------------------------------------
 
 
-class _Bounded(yaml.composer.Composer):
-    """Refuses what is short only because it repeats itself, or is part of itself."""
-
-    def get_single_node(self) -> yaml.Node | None:
-        whole = super().get_single_node()
-        left, nodes = MOST_VALUES, [whole]
-        while nodes:
-            node, left = nodes.pop(), left - 1
-            if left < 0:
-                raise InputError(f"more than {MOST_VALUES} values, perhaps without end")
-            if isinstance(node, yaml.MappingNode):
-                nodes += itertools.chain(*node.value)
-            elif isinstance(node, yaml.SequenceNode):
-                nodes += node.value
-        return whole
-
-
-class _Words(_Bounded, yaml.BaseLoader):
-    """Takes every value as text, as Snakemake does on the command line."""
-
-
-class _Loader(_Bounded, yaml.SafeLoader):
+class _Loader(yaml.SafeLoader):
     """Refuses what Snakemake's loader takes for something else than it looks like.
 
     That one reads YAML 1.1, in which 5:30 is 330, 010 is 8, and on is true; and of a key that is
     given twice it takes the last value.
     """
 
-    def compose_scalar_node(self, anchor: Any) -> yaml.ScalarNode:
+    def compose_scalar_node(self, anchor: Any) -> Any:
         node = super().compose_scalar_node(anchor)
         form = _FORMS.get(node.tag.rpartition(":")[2]) if node.style is None else None
         if form and not re.fullmatch(form, node.value):
@@ -81,17 +55,11 @@ class _Loader(_Bounded, yaml.SafeLoader):
             _stop(node, f"{shown(node.value)} can be read in two ways: {right}")
         return node
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict:
-        earlier = set()
-        for key, value in node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                continue
-            if key.value in earlier:
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
+        keys = [key for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for place, key in enumerate(keys):
+            if key.value in (earlier.value for earlier in keys[:place]):
                 _stop(key, f"the key {shown(key.value)} is given twice")
-            earlier.add(key.value)
-            read = str(self.construct_object(value)) if value.tag.endswith(":float") else ""
-            if key.value == "run" and read not in ("", value.value):
-                _stop(value, f"run = {value.value}: is read as the number {read}; quote it")
         return super().construct_mapping(node, deep)
 
     def construct_object(self, node: Any, deep: bool = False) -> Any:
@@ -110,32 +78,280 @@ def _stop(node: Any, problem: str) -> NoReturn:
     raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
 
-def check_text(text: str, name: str) -> None:
-    """Refuse a value of the command line on which Snakemake would not end."""
-    try:
-        yaml.compose(text, _Words)
-    except yaml.YAMLError:
-        return  # it stays text
-    except (InputError, RecursionError) as error:
-        raise InputError(f"{name}: {error}") from None
-
-
 def load_config(path: str | Path) -> dict:
     """Read a YAML file."""
-    text = reading.text(path, MOST_BYTES)
     try:
-        content = yaml.load(text, _Loader)
+        content = yaml.load(reading.text(path, MOST_BYTES), _Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f", line {mark.line + 1}" if mark else ""
         raise InputError(f"{path}{place}: {error.context or ''} {error.problem}") from None
     except (yaml.YAMLError, RecursionError) as error:  # a character that no YAML file may have
         raise InputError(f"{path}: not YAML: {error}") from None
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: must be a mapping of keys to values")
     return content
+
+
+# --- single values --------------------------------------------------------------------------------
+
+_TEXT = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
+
+
+def _number(value: object) -> object:
+    """The number that a text is: YAML 1.1 has 2e6 as text, and Snakemake 1 inside of `--config`."""
+    return float(value) if isinstance(value, str) and re.fullmatch(_TEXT, value) else value
+
+
+def _whole(value: object) -> object:
+    """2.0 is a whole number; what is none is left to be refused."""
+    number = _number(value)
+    return int(number) if isinstance(number, float) and number.is_integer() else number
+
+
+def _name(value: object) -> object:
+    """The text that YAML has read as a whole number or a date."""
+    is_read = isinstance(value, int | datetime.date) and not isinstance(value, bool)
+    return str(value) if is_read else value
+
+
+def _different(values: list) -> list:
+    if any(value in values[:place] for place, value in enumerate(values)):
+        raise PydanticCustomError("repeated", "the same value occurs twice")
+    return values
+
+
+def _kind(name: str) -> str:
+    if name not in KINDS:
+        allowed = f"allowed are {', '.join(KINDS)}{hint(name, KINDS)}"
+        raise PydanticCustomError("kind", "{allowed}", {"allowed": allowed})
+    return name
+
+
+UNSET: Any = None
+"""Default of what need not be given, and is then looked for elsewhere."""
+_REQUIRED: Any = REQUIRED
+_ENDS = ("start", "stop", "step")
+T = TypeVar("T")
+S = TypeVar("S")
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), BeforeValidator(_number)]
+Whole = Annotated[int, Field(strict=True), BeforeValidator(_whole)]
+Positive = Annotated[Number, Field(**LIMITS["belt_velocity"])]
+NotNegative = Annotated[Number, Field(**LIMITS["noise"])]
+Ratio = Annotated[Number, Field(**LIMITS["friction_ratio"])]
+Step = Annotated[Number, Field(**LIMITS["time_step"])]
+Duration = Annotated[Number, Field(**LIMITS["duration"])]
+Blocks = Annotated[Whole, Field(**LIMITS["n_blocks"])]
+Key = Annotated[Whole, Field(ge=0, le=2**32 - 1)]  # what random numbers are drawn by
+Method = Literal["verlet", "event"]
+Flag = Annotated[bool, Field(strict=True)]
+Several = Annotated[list[T], Field(min_length=1, strict=True), AfterValidator(_different)]
+Named = dict[Annotated[str, Field(pattern="^[a-z][a-z0-9_]{0,99}$")], T]  # names files, too
+
+# --- keys and grids -------------------------------------------------------------------------------
+
+
+class Keys(BaseModel):
+    """Keys with values, and no other keys."""
+
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_other(cls, values: object) -> object:
+        """Speak of a misspelt key before all else that is wrong."""
+        for key in values if isinstance(values, dict) else ():
+            if key not in cls.model_fields:
+                about = {"key": shown(key), "allowed": _allowed(str(key), cls.model_fields)}
+                raise PydanticCustomError("unknown", "{key}", about)
+        return values
+
+
+@with_config(ConfigDict(extra="forbid"))
+class Range(TypedDict, Generic[T]):
+    """Both ends and all between."""
+
+    start: T
+    stop: T
+    step: Annotated[Number, Field(gt=0)]
+
+
+class Offset(Keys):
+    """So much above the seed of the top level."""
+
+    offset: Annotated[Whole, Field(ge=0)]
+
+
+class Count(Keys):
+    """The first so many."""
+
+    count: Annotated[Whole, Field(ge=1, le=LONGEST_GRID)]
+
+
+class Methods(Keys):
+    """For points without noise and others."""
+
+    without_noise: Method
+    with_noise: Method
+
+
+def is_by_size(grid: object) -> bool:
+    """Whether a grid is a table N -> grid."""
+    return isinstance(grid, dict) and grid != {} and all(str(key).isdigit() for key in grid)
+
+
+def _other_if(condition: Callable[[Any], bool]) -> Discriminator:
+    """Which of two a value is meant as, so that a fault is told of that one alone."""
+    return Discriminator(lambda value: "#other" if condition(value) else "#one")
+
+
+# the mark in the tags tells them from keys, as they stand in pydantic's paths to values
+_Either = Annotated[T, Tag("#one")] | Annotated[S, Tag("#other")]
+_Size = Annotated[str, Field(pattern="^[1-9][0-9]*$"), BeforeValidator(str)]
+Choice = Annotated[_Either[T, Several[T]], _other_if(lambda value: isinstance(value, list))]
+Grid = Annotated[_Either[Choice[T], Range[T]], _other_if(lambda value: isinstance(value, dict))]
+Special = Annotated[
+    _Either[T, S],
+    _other_if(lambda value: isinstance(value, dict) and value.keys().isdisjoint(_ENDS)),
+]
+Table = Annotated[_Either[T, dict[_Size, T]], _other_if(is_by_size)]
+
+
+# --- the whole ------------------------------------------------------------------------------------
+# Words of quantities and settings stand in words.yaml.
+
+
+class Law(Keys):
+    """Constants of chain and friction (Sec. III), for datasets that give no own."""
+
+    static_friction: Positive = UNSET
+    friction_ratio: Ratio = UNSET
+    rest_length: Positive = UNSET
+    linear_limit: Positive = UNSET
+    compression_rate: Positive = UNSET
+    extension_rate: Positive = UNSET
+
+
+class Axes(Keys):
+    """Values of quantities."""
+
+    n_blocks: Grid[Blocks] = UNSET
+    static_friction: Table[Grid[Positive]] = UNSET
+    friction_ratio: Table[Grid[Ratio]] = UNSET
+    rest_length: Table[Grid[Positive]] = UNSET
+    linear_limit: Table[Grid[Positive]] = UNSET
+    compression_rate: Table[Grid[Positive]] = UNSET
+    extension_rate: Table[Grid[Positive]] = UNSET
+    noise: Table[Grid[NotNegative]] = UNSET
+    belt_velocity: Table[Grid[Positive]] = UNSET
+    initial_spread: Table[Grid[NotNegative]] = UNSET
+    method: Special[Choice[Method], Methods] = UNSET
+    time_step: Table[Grid[Step]] = UNSET
+    seed: Table[Special[Grid[Key], Offset]] = UNSET
+    replicate: Table[Special[Grid[Key], Count]] = UNSET
+
+
+class Settings(Keys):
+    """What all points of a dataset share and no axis can vary."""
+
+    duration: Duration = _REQUIRED
+    transient: Annotated[Number, Field(ge=0, le=LONGEST)] = _REQUIRED
+    section_position: Positive | None = None
+    section_values: Annotated[Whole, Field(ge=1, le=100_000)] = 500
+    laminar_time: Duration = 200.0
+    sample_interval: Duration = 0.1
+    samples: Several[Literal["positions", "velocities", "friction"]] = [
+        *("positions", "velocities", "friction")
+    ]
+    section_block: Blocks | None = None
+    settle_time: Duration = _REQUIRED
+    noise_clock: Literal["rest", "laboratory"] = "rest"
+    closed: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
+    energies: Several[Annotated[Number, Field(ge=1e-3, le=1e4)]] = [60.0, 200.0, 600.0]
+
+
+class Defaults(Axes, Settings):
+    """Quantities and settings of every dataset that gives no own."""
+
+    points_per_job: Annotated[Whole, Field(ge=1, le=MOST_POINTS)] = UNSET
+    """Points that one job advances together; multiples of 32 are quick."""
+
+
+class Dataset(Defaults):
+    """A table of points: every combination of its axes, each a value, a list or a range."""
+
+    kind: Annotated[str, AfterValidator(_kind)] = UNSET
+    """What is recorded; the settings are those of the kind."""
+    like: str = UNSET
+    """Name of a dataset of which this one takes all that it does not give."""
+    also: Axes | None = UNSET
+    """Further points, as more replicates where they decide: axes over those of the dataset."""
+    own_method: Flag = UNSET
+    """Keep the method, whatever that of the top level is: for comparisons of methods."""
+
+
+class Thin(Keys):
+    """How a preset makes smaller what it is based on; what it gives itself stays as it is."""
+
+    values: Annotated[Whole, Field(ge=2)] = UNSET
+    """At most so many values of a grid are kept: every second, third or further one."""
+    replicates: Annotated[Whole, Field(ge=1)] = UNSET
+    """One replicate of so many is kept, but two at least."""
+    duration: Duration = UNSET
+    """Longest run."""
+    transient: Duration = UNSET
+    """Longest transient."""
+    settle_time: Duration = UNSET
+    """Longest end of a run by which the attractor reached is described."""
+
+
+class Preset(Keys):
+    """What one preset gives: all of it stands over the keys of the top level."""
+
+    based_on: str = UNSET
+    """Name of a preset from which this one takes what it does not give."""
+    thin: Thin = UNSET
+    """How much smaller than those of `based_on` its datasets are."""
+    defaults: Defaults = UNSET
+    datasets: Named[Dataset] = UNSET
+    """What this preset changes in single datasets, or adds."""
+
+
+class Film(Keys):
+    """A film, taken by the camera of the top level."""
+
+    of: str
+    """Name of the dataset: a series of one point, sampled at the instants of the frames."""
+
+
+class Config(Keys):
+    """Every key of config.yaml, in model units (Sec. III), with symbols of the paper."""
+
+    preset: str
+    """Which of `presets` to compute."""
+    run: Annotated[
+        str,
+        Field(pattern="^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100),
+        BeforeValidator(_name),
+    ] = UNSET
+    """Name of the folder below results/; that of the preset if absent."""
+    seed: Key
+    """Seed of all random numbers."""
+    method: Method = UNSET
+    """One for every dataset but those with own_method: true; absent, each dataset has its own."""
+    model: Law = UNSET
+    defaults: Defaults = UNSET
+    datasets: Named[Dataset]
+    """What each dataset is, in all presets."""
+    camera: dict[str, Any] = UNSET
+    """The virtual camera above the belt (docs/experiment.md)."""
+    films: Named[Film] = UNSET
+    """Films that the camera takes of datasets."""
+    presets: Annotated[Named[Preset], Field(min_length=1)]
+    """Lengths and grids, and what else a variant changes."""
+
+
+# --- what is wrong --------------------------------------------------------------------------------
 
 
 def refuse(text: str, word: str = "", allowed: Iterable[str] = ()) -> NoReturn:
@@ -146,9 +362,7 @@ def refuse(text: str, word: str = "", allowed: Iterable[str] = ()) -> NoReturn:
 def checked(config: dict) -> dict:
     """The configuration with each value of its type; InputError for what is not allowed."""
     try:
-        return Config.model_validate(_plain(config, ())).model_dump(
-            exclude_unset=True, warnings=False
-        )
+        return Config.model_validate(config).model_dump(exclude_unset=True, warnings=False)
     except RecursionError:
         refuse("a value is part of itself, or nested too deep")
     except ValidationError as error:
@@ -157,320 +371,35 @@ def checked(config: dict) -> dict:
     _explain(min(problems, key=lambda problem: problem["type"] != "extra_forbidden"))
 
 
-# --- what it may hold -----------------------------------------------------------------------------
-
-
-class _Keys(BaseModel):
-    """Keys with values, and no other keys."""
-
-    model_config = ConfigDict(extra="forbid")
-
-
-def _whole(value: object) -> object:
-    """2.0 is a whole number; what is none is left to be refused."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-def _different(values: list) -> list:
-    """Refuse a list in which a value occurs twice."""
-    if any(value in values[:place] for place, value in enumerate(values)):
-        raise PydanticCustomError("repeated", "the same value occurs twice")
-    return values
-
-
-def _unchanged(value: object, check: Callable[[object], object]) -> object:
-    """A film is known by a digest of its settings as text: 0 must not become 0.0."""
-    check(value)
-    return value
-
-
-_BASIC: dict[Any, Any] = {
-    float: Annotated[float, Strict()],
-    int: Annotated[int, Strict(), BeforeValidator(_whole)],
-    str: Annotated[str, Strict()],
-    bool: Annotated[bool, Strict()],
-}
-_LIST = Field(min_length=1, json_schema_extra={"uniqueItems": True}), AfterValidator(_different)
-_PREFIX = "#"  # of the tags of alternatives, which are no part of the path to a value
-
-
-def type_of(type_: Any, **limits: Any) -> Any:
-    """What pydantic checks a value by; limits : of a list, those of its values."""
-    parts = get_args(type_)
-    if get_origin(type_) is list:
-        one: Any = type_of(parts[0], **limits)
-        return Annotated[(list[one], *_LIST)]
-    if type(None) in parts:
-        return Annotated[_BASIC[parts[0]] | None, Field(**limits)]
-    return Annotated[_BASIC[type_], Field(**limits)] if type_ in _BASIC else type_
-
-
-def _type(about: Described) -> Any:
-    return type_of(about.type, **about.limits)
-
-
-def _not_null(type_: Any) -> Any:
-    """The type of a value that may be null, if it is not."""
-    parts = get_args(type_)
-    return parts[0] if type(None) in parts else type_
-
-
-def _keys(
-    words: str,
-    base: type[BaseModel] = _Keys,
-    /,
-    *,
-    name: str = "",
-    more_words: str = "",
-    required: tuple = (),
-    **types: Any,
-) -> Any:
-    """A type of keys with values, of which only those required must be given.
-
-    words : where its words stand in words.yaml, to which `more_words` are added.
-    """
-    about = WORDS["keys"][words]
-    fields: dict[str, Any] = {}
-    for key, type_ in types.items():
-        described = Annotated[type_, Field(description=about[key])] if key in about else type_
-        fields[key] = (described, ... if key in required else None)
-    return create_model(
-        name or words, __base__=base, __doc__=about["description"] + more_words, **fields
-    )
-
-
-SPECIAL: dict[str, type[BaseModel]] = {
-    "seed": _keys("Offset", required=("offset",), offset=type_of(int, ge=0)),
-    "replicate": _keys("Count", required=("count",), count=type_of(int, ge=1, le=LONGEST_GRID)),
-    "method": _keys(
-        "Methods",
-        required=("without_noise", "with_noise"),
-        without_noise=Method,
-        with_noise=Method,
-    ),
-}
-
-
-def words_of(about: Described) -> str:
-    """Symbol and description of a quantity or setting, and for a quantity what its axis can be."""
-    symbol = f"{about.symbol}: " if about.symbol else ""
-    if about.name not in QUANTITIES:
-        return symbol + about.description
-    ways = [] if about.name == "method" else ["{start, stop, step} with both ends"]
-    if special := SPECIAL.get(about.name):
-        meaning = str(special.__doc__)
-        ways.append(f"{{{', '.join(special.model_fields)}}}: {meaning[0].lower()}{meaning[1:-1]}")
-    if about.name not in ("n_blocks", "method"):
-        ways.append("a table N -> such values")
-    alternatives = "".join(f", or {way}" for way in ways)
-    return f"{symbol}{about.description} One value, a list{alternatives}."
-
-
-def _axis(about: Described) -> Any:
-    """One value, a list, a range, what is special to a quantity, or a table N -> these."""
-    name = about.name
-    one: Any = _type(about)
-    special = SPECIAL.get(name)
-    grid: Any = Annotated[one, Tag("#value")]
-    grid |= Annotated[(list[one], *_LIST, Tag("#list"))]
-    if special:
-        grid |= Annotated[special, Tag("#special")]
-    if name != "method":
-        end = type_of(_not_null(about.type), **about.limits)
-        step = type_of(_not_null(about.type), gt=0)
-        ends = {"start": end, "stop": end, "step": step}
-        range_ = _keys("Range", name=f"Range_{name}", required=(*ends,), **ends)
-        grid |= Annotated[range_, Tag("#range")]
-
-    def way(value: object) -> str:
-        if isinstance(value, list):
-            return "#list"
-        if not isinstance(value, dict):
-            return "#value"
-        if special and special.model_fields.keys() & value.keys():
-            return "#special"
-        return "#value" if name == "method" else "#range"
-
-    grid = Annotated[grid, Discriminator(way)]
-    if name not in ("n_blocks", "method"):
-        # an alias has a name in the schema, and stands there once
-        rule: Any = TypeAliasType(f"Grid_{name}", grid)
-        table: Any = dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], rule]
-        grid = Annotated[rule, Tag("#grid")] | Annotated[table, Tag("#table")]
-        grid = Annotated[grid, Discriminator(_grid_or_table)]
-    return TypeAliasType(f"Axis_{name}", Annotated[grid, Field(description=words_of(about))])
-
-
-def _grid_or_table(value: object) -> str:
-    is_table = isinstance(value, dict) and value and all(str(key).isdigit() for key in value)
-    return "#table" if is_table else "#grid"
-
-
-def _settings(settings: Iterable[Described], *more: Any) -> dict[str, Any]:
-    """Types of settings, by name."""
-    return {
-        about.name: Annotated[(_type(about), *more, Field(description=words_of(about)))]
-        for about in settings
-    }
-
-
-def _named(keys: Any, **limits: Any) -> Any:
-    """A mapping of names, also of files, to keys of one type."""
-    name = Annotated[str, Field(pattern="^[a-z][a-z0-9_]{0,99}$")]
-    return Annotated[dict[name, keys], Field(**limits)]
-
-
-Axes = _keys("Axes", **{name: _axis(about) for name, about in QUANTITIES.items()})
-Defaults = _keys(
-    "Defaults",
-    Axes,
-    **_settings(SETTINGS.values()),
-    points_per_job=type_of(int, ge=1, le=MOST_POINTS),
-)
-_KIND = " ".join(f"{kind.name}: {kind.description}" for kind in KINDS.values())
-_OF_KINDS = "; ".join(f"{kind.name}: {', '.join(kind.settings)}" for kind in KINDS.values())
-Dataset = _keys(
-    "Dataset",
-    Defaults,
-    more_words=f" {_OF_KINDS}.",
-    kind=Annotated[Literal[tuple(KINDS)], Field(description=f"What is recorded: {_KIND}")],
-    like=_BASIC[str],
-    also=Axes | None,
-    own_method=_BASIC[bool],
-)
-Camera = _keys("Camera", **_settings(CAMERA.values(), WrapValidator(_unchanged)))
-Film = _keys("Film", required=("of",), of=_BASIC[str])
-Preset = _keys("Preset", based_on=_BASIC[str], defaults=Defaults, datasets=_named(Dataset))
-Law = _keys("Law", **_settings(LAW))
-Config = _keys(
-    "Config",
-    required=("preset", "seed", "datasets", "presets"),
-    preset=_BASIC[str],
-    run=type_of(str, pattern="^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=100),
-    seed=Annotated[_type(QUANTITIES["seed"]), Field(description=QUANTITIES["seed"].description)],
-    method=Method,
-    model=Law,
-    defaults=Defaults,
-    datasets=_named(Dataset),
-    camera=Camera,
-    films=_named(Film),
-    presets=_named(Preset, min_length=1),
-)
-
-
-def schema() -> dict:
-    """The schema of config.yaml (JSON Schema 2020-12)."""
-    made = {"$schema": "https://json-schema.org/draft/2020-12/schema"} | Config.model_json_schema()
-    return _tidy(made) | {"title": "Configuration of the workflow"}
-
-
-def schema_as_yaml() -> str:
-    """The schema as the text of the file for editors."""
-    header = "# Made by `make schema` from src/beltrepro: do not edit. For editors, and to read.\n"
-    return header + yaml.safe_dump(schema(), sort_keys=False, width=100, allow_unicode=True)
-
-
-def _tidy(node: Any) -> Any:
-    """A schema of pydantic without titles and defaults made up of names, limits by their names."""
-    if isinstance(node, list):
-        return [_tidy(part) for part in node]
-    if not isinstance(node, dict):
-        return node
-    made_up = {key for key in ("title", "default") if not isinstance(node.get(key), dict)}
-    closed = {"additionalProperties": False} if "patternProperties" in node else {}
-    kept = {_JSON.get(key, key): _tidy(part) for key, part in node.items() if key not in made_up}
-    return kept | closed
-
-
-# Pydantic leaves these as they are where a validator of ours stands before the limit.
-_JSON = {
-    "gt": "exclusiveMinimum",
-    "ge": "minimum",
-    "lt": "exclusiveMaximum",
-    "le": "maximum",
-    "multiple_of": "multipleOf",
-}
-
-
-# --- what is wrong --------------------------------------------------------------------------------
-
-
-def _plain(node: Any, path: tuple) -> Any:
-    """A value of the config without what YAML and Snakemake made of it.
-
-    YAML reads 2e6 as text, and Snakemake every number inside `--config 'presets={...}'`; both read
-    the name of a run as a number or a date if it looks like one.
-    """
-    if path == ("run",) and isinstance(node, str | int | float | datetime.date):
-        return node if isinstance(node, bool) else str(node)
-    if isinstance(node, dict):
-        return {str(key): _plain(value, (*path, key)) for key, value in node.items()}
-    if isinstance(node, list | tuple):
-        return [_plain(value, (*path, place)) for place, value in enumerate(node)]
-    number = node
-    if isinstance(node, str) and re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", node):
-        number = float(node)
-        if re.fullmatch(r"[+-]?\d+", node) and abs(number) <= sys.float_info.max:
-            number = int(node)
-    is_number = isinstance(number, int | float) and not isinstance(number, bool)
-    if is_number and not abs(number) <= sys.float_info.max:
-        refuse(f"{_dotted(path)} = {shown(node)}: a finite number is needed")
-    if not isinstance(number, str | int | float | None):
-        allowed = "a number, text, true or false, null, a list or a mapping"
-        refuse(f"{_dotted(path)} = {shown(node)}: must be {allowed}")
-    return number
-
-
 def _explain(problem: Any) -> NoReturn:
     """Raise what pydantic says of a value as one line of ours."""
-    path = [part for part in problem["loc"] if not str(part).startswith(_PREFIX)]
-    context, kind = problem.get("ctx", {}), problem["type"]
-    if path[-1] == "[key]" or kind == "extra_forbidden":
-        *parents, key = path if kind == "extra_forbidden" else path[:-1]
-        place = f" in {_dotted(parents)}" if parents else ""
-        allowed = _known(parents)
-        text = f": allowed are {', '.join(allowed)}" if 0 < len(allowed) < 20 else ""
-        if "pattern" in context and not allowed:
-            text = f": a name that matches {context['pattern']} is needed"
-        refuse(f"unknown key {shown(key)}{place}{hint(str(key), allowed) or text}")
-    where, value = _dotted(path), problem["input"]
+    path = [part for part in problem["loc"] if not str(part).startswith("#")]
+    kind, context = problem["type"], problem.get("ctx", {})
+    if kind == "extra_forbidden":  # of a range: all else has its own line
+        *path, key = path
+        kind, context = "unknown", {"key": shown(key), "allowed": _allowed(str(key), _ENDS)}
+    where = _dotted(path)
+    if kind == "unknown":
+        place = f" in {where}" if path else ""
+        refuse(f"unknown key {context['key']}{place}{context['allowed']}")
+    if path[-1] == "[key]":
+        allowed = f"a name that matches {context.get('pattern')} is needed"
+        refuse(f"unknown key {shown(path[-2])} in {_dotted(path[:-2])}: {allowed}")
     if kind == "missing":
         refuse(f"{where} is missing")
-    words = re.findall(r"'(\w+)'", context["expected"]) if kind == "literal_error" else []
-    text = re.sub(r" or instance of \w+| after validation", "", problem["msg"])
-    text = text.replace("a valid integer", "a whole number").replace("valid ", "")
-    described = {**QUANTITIES, **SETTINGS, **CAMERA}.get(str(path[-1]))
-    if kind.endswith("_type") and described and _not_null(described.type) != described.type:
-        text += " or null"
+    text = problem["msg"].replace("a valid integer", "a whole number").replace("valid ", "")
     text = re.sub("^Input should|should", "must", text)
-    refuse(f"{where} = {_json(value)}: {text}", str(value), words)
+    words = re.findall(r"'(\w+)'", context["expected"]) if kind == "literal_error" else []
+    refuse(f"{where} = {shown(problem['input'])}: {text}", str(problem["input"]), words)
 
 
-def _known(path: list) -> list[str]:
-    """Keys that are allowed at a place of the configuration."""
-    node: Any = Config
-    for key in path:
-        fields = getattr(node, "model_fields", None)
-        node = _not_null(fields[key].annotation) if fields else node
-        if not fields and getattr(node, "__origin__", None) is dict:
-            node = node.__args__[1]
-    if fields := getattr(node, "model_fields", None):
-        return list(fields)
-    name = next((part for part in reversed(path) if not str(part).isdigit()), "")
-    special = SPECIAL[name].model_fields if name in SPECIAL else ()
-    return [*special, *("start", "stop", "step") * (name in QUANTITIES and name != "method")]
+def _allowed(key: str, allowed: Collection[str]) -> str:
+    """What may be meant by a key, or what is allowed in its place if that is short."""
+    listed = f": allowed are {', '.join(allowed)}" if len(allowed) < 20 else ""
+    return hint(key, allowed) or listed
 
 
 def _dotted(path: Iterable) -> str:
     """Path to a value as in `presets.smoke.datasets.n5_map.noise[2]`."""
     parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
     return "".join(parts).removeprefix(".")
-
-
-def _json(value: object) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
-
-
-if __name__ == "__main__":
-    print(schema_as_yaml(), end="")

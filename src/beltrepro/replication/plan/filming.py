@@ -5,28 +5,11 @@ tracked in it is told the scale and the zero of the film, and nothing of the dat
 """
 
 from dataclasses import dataclass, field
-from typing import get_type_hints
-
-from beltrepro.replication.camera.scene import Camera, camera_settings
-from beltrepro.replication.plan.points import Described
 
 FILM, TRACK = "_film", "_track"
 """Ends of the names by which tables, figures and claims ask for a film and for what is tracked."""
 
 NEEDED = ("positions", "velocities")  # samples without which nothing can be filmed
-
-
-CAMERA = {
-    name: Described(
-        name,
-        get_type_hints(Camera)[name],
-        setting.default,
-        setting.metadata["limits"],
-        description=setting.metadata["words"],
-    )
-    for name, setting in camera_settings().items()
-}
-"""Settings of the camera by name; its seed is that of the configuration."""
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,16 @@ From here follow what config.yaml may give, what a job is told, how files of bat
 what every array in a file says of itself. The code behind a dataset is that of its function.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pkgutil import resolve_name
-from typing import Literal
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from beltrepro.model.friction import noise_beyond_event
-from beltrepro.model.parameters import LARGEST, LIMITS, LONGEST
 from beltrepro.replication.plan.points import (
     QUANTITIES,
     UNITS,
@@ -26,24 +26,26 @@ from beltrepro.replication.plan.points import (
 )
 
 POINT = "point"  # name of the axis along which batches are joined
+SETTINGS = described(WORDS["settings"])
+"""What all points of a dataset share and no axis can vary; types and defaults: config.Settings."""
 
 Arrays = dict[str, np.ndarray]
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True)
-class Array:
+class Array(NamedTuple):
     """One array of a file."""
 
-    name: str  # these four as of a quantity; the unit of a table of records is empty
-    symbol: str
-    unit: str
+    name: str
+    unit: str  # a key of UNITS; empty for a table of records
     # names of its axes. Batches are joined along "point". A table of records has one axis of
     # another name and a field `point`, the row of its run
     dimensions: tuple[str, ...]
+    symbol: str
     description: str
-    # of a table of records, the unit of each field
-    fields: dict[str, str] = field(default_factory=dict, hash=False)
+    fields: Mapping[str, str] = MappingProxyType(
+        {}
+    )  # of a table of records, the unit of each field
 
     def attributes(self) -> dict[str, str]:
         """Symbol, unit, dimensions and description, by name, as a file carries them."""
@@ -84,74 +86,26 @@ class Kind:
 
     def complaint(self, settings: dict, points: Sequence[Point]) -> Complaint:
         """The first value that fits its type and still cannot be meant."""
-        complaints = [_tolerance(points), _law(points)]
-        complaints += [check(settings, points) for check in self.checks]
+        complaints = [_law(points), *(check(settings, points) for check in self.checks)]
         return next(filter(None, complaints), None)
 
     @property
     def arrays(self) -> dict[str, Array]:
         """All arrays of a file by name: the columns of the points and what is recorded."""
         of_points = [
-            Array(name, about.symbol, about.unit, (POINT,), about.description)
-            for name, about in QUANTITIES.items()
+            Array(name, words.unit, (POINT,), words.symbol, words.description)
+            for name, words in QUANTITIES.items()
         ]
         return {array.name: array for array in (*of_points, *self.recorded)}
 
 
 def _array(name: str, row: str) -> Array:
+    """An array as its row in words.yaml describes it."""
     unit, dimensions, symbol, text = map(str.strip, row.split("|", 3))
     fields = {}
     if " " in unit:  # a table of records
         fields, unit = dict(part.split(" ") for part in unit.split(", ")), ""
-    return Array(name, symbol, unit, tuple(dimensions.split(", ")), text, fields)
-
-
-# --- settings -------------------------------------------------------------------------------------
-
-
-class Settings:
-    """What all points of a dataset share and no axis can vary. A list holds different values."""
-
-    duration: float
-    transient: float
-    section_position: float | None
-    section_values: int
-    laminar_time: float
-    sample_interval: float
-    samples: list[Literal["positions", "velocities", "friction"]]
-    section_block: int | None
-    settle_time: float
-    noise_clock: Literal["rest", "laboratory"]
-    closed: float
-    energies: list[float]
-
-
-SETTINGS = described(
-    WORDS["settings"],
-    Settings,
-    defaults={
-        "section_position": None,
-        "section_values": 500,
-        "laminar_time": 200.0,
-        "sample_interval": 0.1,
-        "samples": ["positions", "velocities", "friction"],
-        "section_block": None,
-        "noise_clock": "rest",
-        "closed": 1e-8,
-        "energies": [60.0, 200.0, 600.0],
-    },
-    limits={  # of a list: of its values
-        **dict.fromkeys(
-            ("duration", "laminar_time", "sample_interval", "settle_time"), LIMITS["duration"]
-        ),
-        "transient": {"ge": 0, "le": LONGEST},
-        "section_position": {"gt": 0, "le": LARGEST},
-        "section_values": {"ge": 1, "le": 100_000},
-        "section_block": LIMITS["n_blocks"],
-        "closed": {"gt": 0, "lt": 1},
-        "energies": {"ge": 1e-3, "le": 1e4},
-    },
-)
+    return Array(name, unit, tuple(dimensions.split(", ")), symbol, text, fields)
 
 
 # --- what fits its type and still cannot be meant -------------------------------------------------
@@ -194,14 +148,6 @@ def _tangent(settings: dict, points: Sequence[Point]) -> Complaint:
     return None
 
 
-def _tolerance(points: Sequence[Point]) -> Complaint:
-    for point in points:
-        if point.tolerance is not None and point.method != "event":
-            text = f"= {point.tolerance:g}: method {point.method} has none, only event"
-            return "tolerance", text
-    return None
-
-
 def _law(points: Sequence[Point]) -> Complaint:
     chains = {point[:8]: point for point in points if point.method == "event"}  # all but u
     wrong = (noise_beyond_event(chain(point)) for point in chains.values())
@@ -218,7 +164,7 @@ def record(
     """Simulate points and record what their kind says."""
     from beltrepro.simulation.setup import Setup
 
-    names = ("method", "time_step", "tolerance", "seed", "replicate", "initial_spread")
+    names = ("method", "time_step", "seed", "replicate", "initial_spread")
     numerics: dict = {name: [getattr(point, name) for point in points] for name in names}
     setup = Setup([chain(point) for point in points], **numerics)
     simulate: Callable[..., Arrays] = resolve_name(KINDS[kind].record)
@@ -243,7 +189,6 @@ def series(setup, *, samples, transient, **settings):
         "mean_length": np.array([run.mean_length for run in runs]),
         "disorder_parameter": np.array([run.disorder_parameter for run in runs]),
         "energy_residual": np.array([run.energy_residual for run in runs]),
-        "allowed_error": np.array([run.tolerance for run in runs], dtype=float),
         "time": runs[0].time,
         **sampled,
         "events": _with_point(late),

@@ -11,15 +11,25 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from beltrepro.base import checks
+from beltrepro.base.checks import shown, spaced
+from beltrepro.base.errors import InputError
+from beltrepro.base.names import hint
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.plan.config import MOST_POINTS, SOURCE, checked, refuse
-from beltrepro.replication.plan.filming import CAMERA, FILM, NEEDED, TRACK, PlannedFilm
+from beltrepro.replication.camera.scene import Camera, camera_settings
+from beltrepro.replication.plan.config import (
+    MOST_POINTS,
+    SOURCE,
+    Settings,
+    checked,
+    is_by_size,
+    refuse,
+)
+from beltrepro.replication.plan.filming import FILM, NEEDED, TRACK, PlannedFilm
 from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
-from beltrepro.replication.plan.points import LAW, QUANTITIES, REQUIRED, Point, plain
+from beltrepro.replication.plan.points import DEFAULTS, LAW, QUANTITIES, REQUIRED, Point, plain
 
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
-MOST_JOBS = 10_000  # of a dataset: files of batches have names of four digits
+_DEFAULTS = DEFAULTS | {name: Settings.model_fields[name].default for name in SETTINGS}
 
 
 class Entry(NamedTuple):
@@ -47,7 +57,7 @@ class PlannedDataset:
         """The points of each job by its name, in their order; all of a batch have one method, and
         all or none of them noise."""
         cut = []
-        for _, alike in itertools.groupby(self.points, _cost_class):
+        for _, alike in itertools.groupby(self.points, lambda one: (one.method, one.noise > 0)):
             points = tuple(alike)
             starts = range(0, len(points), self.points_per_job)
             cut += [points[start : start + self.points_per_job] for start in starts]
@@ -56,7 +66,7 @@ class PlannedDataset:
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""
         columns = zip(QUANTITIES, zip(*self.points, strict=True), strict=True)
-        return {name: sorted(set(values), key=_none_first) for name, values in columns}
+        return {name: sorted(set(values)) for name, values in columns}
 
     def described(self) -> dict:
         """The whole as plain values."""
@@ -117,7 +127,7 @@ def make_plan(config: dict) -> Plan:
     config = checked(config)
     preset, presets = config["preset"], config["presets"]
     if preset not in presets:
-        refuse(f"preset = {preset!r}: allowed are {', '.join(presets)}", preset, presets)
+        refuse(f"preset = {shown(preset)}: allowed are {', '.join(presets)}", preset, presets)
     run = config.get("run", preset)
     if run != preset and run in presets:
         refuse(f"run = {run!r}: is the name of another preset, whose results it would overwrite")
@@ -128,10 +138,12 @@ def make_plan(config: dict) -> Plan:
 
 
 def _preset_plan(config: dict, preset: str, run: str) -> Plan:
-    sections = [("", config), *_bases(config, preset)]
     defaults = _entries(config.get("model", {}), "model")
     entries: dict[str, Entries] = {}
-    for where, section in sections:
+    for where, section in [("", config), *_bases(config, preset)]:
+        if thin := section.get("thin"):
+            defaults = _thinned(defaults, thin)
+            entries = {name: _thinned(keys, thin) for name, keys in entries.items()}
         defaults |= _entries(section.get("defaults", {}), f"{where}defaults")
         for name, keys in section.get("datasets", {}).items():
             place = f"{where}datasets.{name}"
@@ -140,14 +152,13 @@ def _preset_plan(config: dict, preset: str, run: str) -> Plan:
     datasets = {
         name: _dataset(name, keys, defaults, config, preset) for name, keys in entries.items()
     }
-    usual = {name: about.default for name, about in (QUANTITIES | SETTINGS).items()}
-    usual |= {name: defaults[name].value for name in usual if name in defaults}
+    usual = _DEFAULTS | {name: defaults[name].value for name in _DEFAULTS if name in defaults}
     return Plan(
         preset=preset,
         run=run,
         seed=config["seed"],
-        model={constant.name: usual[constant.name] for constant in LAW},
-        defaults={name: value for name, value in usual.items() if value is not REQUIRED},
+        model={name: usual[name] for name in LAW},
+        defaults={name: value for name, value in usual.items() if value != REQUIRED},
         datasets=datasets,
         films=_films(config, datasets, preset),
     )
@@ -168,7 +179,7 @@ def _bases(config: dict, preset: str) -> list[tuple[str, dict]]:
         chain.append(name)
         base = presets[name].get("based_on")
         if base is not None and base not in presets:
-            text = f"presets.{name}.based_on = {base!r}: allowed are {', '.join(presets)}"
+            text = f"presets.{name}.based_on = {shown(base)}: allowed are {', '.join(presets)}"
             refuse(text, base, presets)
         name = base
     return [(f"presets.{name}.", presets[name]) for name in reversed(chain)]
@@ -181,9 +192,9 @@ def _with_model(name: str, entries: dict[str, Entries], preset: str, asked: tupl
         return entry
     model, where = entry["like"]
     if model not in entries:
-        refuse(f"{where} = {model!r}: preset {preset} has no such dataset", model, entries)
+        refuse(f"{where} = {shown(model)}: preset {preset} has no such dataset", model, entries)
     if model in (name, *asked):
-        refuse(f"{where} = {model!r}: a dataset cannot be like itself")
+        refuse(f"{where} = {shown(model)}: a dataset cannot be like itself")
     return _with_model(model, entries, preset, (name, *asked)) | entry
 
 
@@ -194,13 +205,14 @@ def _dataset(
     if "kind" not in keys:
         refuse(f"{place} has no kind: allowed are {', '.join(KINDS)}")
     kind = KINDS[keys["kind"].value]
-    _check_settings(keys, kind)
+    if foreign := next((key for key in keys if key in SETTINGS.keys() - {*kind.settings}), None):
+        text = f"a dataset of kind {kind.name} has no such setting, only {', '.join(kind.settings)}"
+        refuse(f"{keys[foreign].where}: {text}")
     entries = defaults | keys
     for key in (*QUANTITIES, *kind.settings):
-        default = (QUANTITIES | SETTINGS)[key].default
-        if key not in entries and default is REQUIRED:
+        if key not in entries and _DEFAULTS[key] == REQUIRED:
             refuse(f"{place} has no {key}")
-        entries.setdefault(key, Entry(default, place))
+        entries.setdefault(key, Entry(_DEFAULTS[key], place))
     if "method" in config and not ("own_method" in keys and keys["own_method"].value):
         entries["method"] = Entry(config["method"], "method")
     if "seed" not in defaults | keys:
@@ -216,22 +228,8 @@ def _dataset(
         key, text = complaint
         where = (defaults | keys).get(key, Entry(None, f"{place}: {key}")).where
         refuse(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")
-    per_job = entries.get("points_per_job", Entry(len(points), place))
-    dataset = PlannedDataset(name, kind, points, settings, per_job.value)
-    if len(points) > MOST_JOBS and (count := len(dataset.batches)) > MOST_JOBS:
-        text = f"makes {count} jobs, at most {MOST_JOBS} allowed: raise points_per_job"
-        refuse(f"{per_job.where}: {text}")
-    return dataset
-
-
-def _check_settings(keys: Entries, kind: Kind) -> None:
-    """Refuse a setting that belongs to another kind."""
-    for key in keys:
-        if key in SETTINGS and key not in kind.settings:
-            refuse(
-                f"{keys[key].where}: a dataset of kind {kind.name} has no such setting, "
-                f"only {', '.join(kind.settings)}"
-            )
+    per_job = entries.get("points_per_job", Entry(len(points), place)).value
+    return PlannedDataset(name, kind, points, settings, per_job)
 
 
 # --- from axes to points --------------------------------------------------------------------------
@@ -254,63 +252,73 @@ def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
                 f"{axes[longest].where}: with the other axes it makes {count:.3g} points, "
                 f"at most {MOST_POINTS} allowed"
             )
-        table += map(_with_method, map(Point._make, itertools.product(*grids)))
+        table += map(_with_one_method, map(Point._make, itertools.product(*grids)))
     return tuple(table)
 
 
 def grid_values(grid: object, where: str) -> tuple:
     """Values of a grid, rising."""
     if isinstance(grid, list):
-        return tuple(sorted(grid, key=_none_first))
-    return checks.spaced(f"{SOURCE}: {where}", **grid) if isinstance(grid, dict) else (grid,)
+        return tuple(sorted(grid))
+    return spaced(f"{SOURCE}: {where}", **grid) if isinstance(grid, dict) else (grid,)
 
 
 def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
     """Values of one quantity for chains of one size."""
-    grid = axis.value[str(n_blocks)] if _is_by_size(axis.value) else axis.value
-    match grid:
+    match axis.value[str(n_blocks)] if is_by_size(axis.value) else axis.value:
         case {"count": count}:
             return tuple(range(count))
         case {"offset": offset}:
             return (seed + offset,)
-        case {"without_noise": _}:
-            return (tuple(sorted(grid.items())),)
-    values = grid_values(grid, axis.where)
+        case {"without_noise": without_noise, "with_noise": with_noise}:
+            return ((without_noise, with_noise),)
+        case grid:
+            values = grid_values(grid, axis.where)
     return tuple(map(int, values)) if name in ("seed", "replicate") else values
 
 
-def _with_method(point: Point) -> Point:
+def _with_one_method(point: Point) -> Point:
     """The point with the one of two methods that its noise asks for."""
-    if isinstance(point.method, str):
-        return point
-    methods = dict(point.method)
-    return point._replace(method=methods["with_noise" if point.noise > 0 else "without_noise"])
-
-
-def _is_by_size(grid: object) -> bool:
-    """Whether a grid is a table N -> grid."""
-    return isinstance(grid, dict) and all(str(key).isdigit() for key in grid)
+    is_one = isinstance(point.method, str)
+    return point if is_one else point._replace(method=point.method[point.noise > 0])
 
 
 def _check_tables(axes: Entries, sizes: list[int]) -> None:
     """A table N -> grid has an entry for each number of blocks and no other."""
     for grid, where in axes.values():
-        if not _is_by_size(grid):
-            continue
-        for n_blocks in sizes:
-            if str(n_blocks) not in grid:
-                refuse(f"{where} has no entry for n_blocks = {n_blocks}")
-        if extra := set(map(int, grid)) - set(sizes):
+        given = set(map(int, grid)) if is_by_size(grid) else set(sizes)
+        if missing := set(sizes) - given:
+            refuse(f"{where} has no entry for n_blocks = {min(missing)}")
+        if extra := given - set(sizes):
             refuse(f"{where} has an entry for n_blocks = {min(extra)}, which the dataset lacks")
 
 
-def _cost_class(point: Point) -> tuple:
-    """Points of one batch are alike in this."""
-    return point.method, point.noise > 0
+# --- thinner presets ------------------------------------------------------------------------------
 
 
-def _none_first(value: Any) -> tuple:
-    return value is not None, value
+def _thinned(entries: Entries, thin: dict) -> Entries:
+    """What a dataset is given, in a preset that has less of all."""
+    return {key: Entry(_less(key, *entry, thin), entry.where) for key, entry in entries.items()}
+
+
+def _less(key: str, value: Any, where: str, thin: dict) -> Any:
+    """Fewer values of a grid, a part of the replicates, or a shorter time."""
+    if key == "also" and value:
+        return {axis: _less(axis, grid, where, thin) for axis, grid in value.items()}
+    if key in SETTINGS:
+        return min(value, thin[key]) if key in thin else value
+    is_grid = isinstance(value, list | dict)
+    if not is_grid or key not in QUANTITIES or key in ("n_blocks", "method", "seed"):
+        return value
+    if is_by_size(value):
+        return {size: _less(key, grid, where, thin) for size, grid in value.items()}
+    if key != "replicate":
+        values = grid_values(value, where)
+        return list(values[:: math.ceil(len(values) / thin.get("values", len(values)))])
+    is_count = isinstance(value, dict) and "count" in value
+    replicates = range(value["count"]) if is_count else grid_values(value, where)
+    kept = max(2, math.ceil(len(replicates) / thin.get("replicates", 1)))
+    return list(replicates[:kept])
 
 
 # --- films ----------------------------------------------------------------------------------------
@@ -320,12 +328,16 @@ def _films(config: dict, datasets: Mapping, preset: str) -> dict[str, PlannedFil
     for name in datasets:
         if name.endswith((FILM, TRACK)):
             refuse(f"datasets.{name}: only films have names that end in {FILM} or {TRACK}")
-    camera = {name: about.default for name, about in CAMERA.items()} | config.get("camera", {})
-    camera |= {"seed": config["seed"]}
-    rate = camera["frames_per_second"]
-    if camera["exposure"] > 1 / rate:
-        text = f"exposure = {camera['exposure']:g}: must be at most {1 / rate:.4g}"
-        refuse(f"camera.{text}, until the next frame")
+    camera = {name: setting.default for name, setting in camera_settings().items()}
+    for name in config.get("camera", {}):
+        if name not in camera:
+            allowed = f": allowed are {', '.join(camera)}"
+            refuse(f"unknown key {shown(name)} in camera{hint(name, camera) or allowed}")
+    camera |= config.get("camera", {}) | {"seed": config["seed"]}
+    try:
+        rate = Camera(**camera).frames_per_second
+    except InputError as error:
+        refuse(f"camera.{error}")
     films = {}
     for name, keys in config.get("films", {}).items():
         _check_filmed(name, keys["of"], datasets, rate, preset)
@@ -335,7 +347,7 @@ def _films(config: dict, datasets: Mapping, preset: str) -> dict[str, PlannedFil
 
 def _check_filmed(name: str, of: str, datasets: Mapping, rate: float, preset: str) -> None:
     """Refuse what is no series of one point, or is not sampled at the instants of the frames."""
-    where = f"films.{name}.of = {of!r}"
+    where = f"films.{name}.of = {shown(of)}"
     if of not in datasets:
         refuse(f"{where}: preset {preset} has no such dataset", of, datasets)
     dataset = datasets[of]

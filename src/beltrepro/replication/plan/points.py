@@ -1,20 +1,18 @@
-"""Points: a value of each quantity, described once: its words, unit, limits and default.
+"""Points: one value of each quantity; and what quantities, settings and arrays are, in words.
 
-What config.yaml may give, its schema and reference, what a job is told and what the columns of a
-file say of themselves follow from `Point`. Its order is that of the points: the last one varies
-fastest.
+What config.yaml may give, what a job is told and what the columns of a file say of themselves
+follow the fields of `Point`. Their order is that of the points: the last one varies fastest.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields
+from collections.abc import Sequence
+from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_type_hints
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
 from beltrepro.model import ChainParameters, units
-from beltrepro.model.parameters import LIMITS
 
 WORDS: dict[str, Any] = yaml.load(
     Path(__file__).with_name("words.yaml").read_text(encoding="utf-8"),
@@ -32,42 +30,21 @@ UNITS = {
 }
 """Text of each unit as files carry it."""
 
-Method = Literal["verlet", "event"]
+REQUIRED = "required"
+"""Default of what every dataset must be given."""
 
 
-class _Required:
-    """Default of what every dataset must be given."""
+class Described(NamedTuple):
+    """A quantity of a point, or a setting of a kind, in words."""
 
-    def __repr__(self) -> str:
-        return "REQUIRED"
-
-
-REQUIRED = _Required()
+    unit: str  # a key of UNITS
+    symbol: str  # that of the paper, in plain letters
+    description: str  # one sentence
 
 
-@dataclass(frozen=True)
-class Described:
-    """A quantity of a point, or a setting of a kind or of the camera: what it is and may be."""
-
-    name: str
-    type: Any  # as an annotation has it
-    default: Any  # value where none is given
-    limits: Mapping[str, float] = field(hash=False)  # by the names that pydantic has for ends
-    symbol: str = ""  # that of the paper, in plain letters; a key of UNITS; one sentence
-    unit: str = "1"
-    description: str = ""
-
-
-def described(
-    words: Mapping[str, str], owner: type, defaults: Mapping[str, Any], limits: Mapping[str, Any]
-) -> dict[str, Described]:
-    """What the annotations of a class stand for, by name and in their order."""
-    table = {}
-    for name, type_ in get_type_hints(owner).items():
-        unit, symbol, text = map(str.strip, words[name].split("|", 2))
-        default = defaults.get(name, REQUIRED)
-        table[name] = Described(name, type_, default, limits.get(name, {}), symbol, unit, text)
-    return table
+def described(rows: dict[str, str]) -> dict[str, Described]:
+    """Words by name, of the rows of words.yaml."""
+    return {name: Described(*map(str.strip, row.split("|", 2))) for name, row in rows.items()}
 
 
 class Point(NamedTuple):
@@ -83,28 +60,24 @@ class Point(NamedTuple):
     noise: float
     belt_velocity: float
     initial_spread: float
-    method: Method
+    method: str
     time_step: float
-    tolerance: float | None
     seed: int
     replicate: int
 
 
-_CHAIN = {one.name: one.default for one in fields(ChainParameters) if one.default is not MISSING}
-_SETUP = {
-    **{"initial_spread": 0.0, "method": "event", "time_step": 0.001, "tolerance": None},
-    **{"seed": 1, "replicate": 0},
-}
-_KEYS = {name: {"ge": 0, "le": 2**32 - 1} for name in ("seed", "replicate")}
-QUANTITIES = described(WORDS["quantities"], Point, _CHAIN | _SETUP, LIMITS | _KEYS)
+QUANTITIES = described(WORDS["quantities"])
 CHAIN = tuple(field.name for field in fields(ChainParameters) if field.name in QUANTITIES)
 """The quantities that are parameters of the chain; the others say how it is computed."""
-LAW = tuple(
-    quantity
-    for quantity in QUANTITIES.values()
-    if quantity.name in CHAIN and quantity.name not in ("n_blocks", "belt_velocity", "noise")
-)
+LAW = tuple(name for name in CHAIN if name not in ("n_blocks", "belt_velocity", "noise"))
 """The constants of the law of the springs and of friction."""
+_CHAIN = {one.name: one.default for one in fields(ChainParameters) if one.default is not MISSING}
+DEFAULTS: dict[str, Any] = {
+    **dict.fromkeys(QUANTITIES, REQUIRED),
+    **{name: value for name, value in _CHAIN.items() if name in QUANTITIES},
+    **{"initial_spread": 0.0, "method": "event", "time_step": 0.001, "seed": 1, "replicate": 0},
+}
+"""Values of the quantities where a dataset gives none."""
 
 
 def chain(point: Point) -> ChainParameters:
@@ -114,27 +87,19 @@ def chain(point: Point) -> ChainParameters:
 
 def plain(points: Sequence[Point]) -> dict:
     """Points as plain values: of each quantity the one value of all, or a list."""
-    columns = dict(zip(QUANTITIES, map(list, zip(*points, strict=True)), strict=True))
-    table = {
-        name: values[0] if len(set(values)) == 1 else values for name, values in columns.items()
-    }
-    return {"count": len(points)} | table
+    table: dict[str, Any] = {"count": len(points)}
+    for name, values in zip(Point._fields, map(list, zip(*points, strict=True)), strict=True):
+        table[name] = values[0] if len(set(values)) == 1 else values
+    return table
 
 
 def points_of(table: dict) -> list[Point]:
     """The points that `plain` turned into a table."""
-    count = table["count"]
-    columns = [
-        table[name] if isinstance(table[name], list | tuple) else [table[name]] * count
-        for name in QUANTITIES
-    ]
-    return [Point(*values) for values in zip(*columns, strict=True)]
+    values = [table[name] for name in Point._fields]
+    lists = [one if isinstance(one, list | tuple) else [one] * table["count"] for one in values]
+    return list(map(Point._make, zip(*lists, strict=True)))
 
 
 def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:
     """Points as arrays."""
-    table: dict[str, list] = {
-        name: [getattr(point, name) for point in points] for name in QUANTITIES
-    }
-    table["tolerance"] = [np.nan if value is None else value for value in table["tolerance"]]
-    return {name: np.array(values) for name, values in table.items()}
+    return dict(zip(Point._fields, map(np.array, zip(*points, strict=True)), strict=True))
