@@ -273,16 +273,6 @@ def test_what_cannot_be_tested_still_says_what_the_model_does(monkeypatch):
 # --- evidence -------------------------------------------------------------------------------------
 
 
-def test_events_of_the_last_block_only():
-    events = np.array(
-        [(1.0, 2, "slip"), (2.0, 2, "stick"), (3.0, 1, "slip"), (4.0, 2, "slip")],
-        [("time", "f8"), ("block", "i8"), ("kind", "U5")],
-    )
-    series = SimpleNamespace(arrays={"events": events}, attributes={"n_blocks": 2})
-    slips, sticks = evidence.last_block_events(series)
-    assert slips["time"].tolist() == [1, 4] and sticks["time"].tolist() == [2]
-
-
 @pytest.mark.parametrize(("transient", "refused"), [(5000.0, False), (4999.0, True)])
 def test_short_transients_are_not_settled(transient, refused):
     cut = evidence.Cut({}, transient, 1e4)
