@@ -14,7 +14,8 @@ import drawn
 import figure_data as made
 import naive
 from beltrepro.base.store import Dataset
-from beltrepro.replication.drawing import motion_panels, style
+from beltrepro.replication.drawing import style
+from beltrepro.replication.studies.transition import figures as transition
 from beltrepro.stats import intermittency, spectra
 from figure_data import SCANS, SCATTER, U, dataset
 
@@ -244,7 +245,7 @@ def is_exponents(panel, n_blocks):
         u, value, error = (arrays[name][here] for name in names)
         curve = panel.curve(state)
         np.testing.assert_allclose(curve.points.T, [u, value, *drawn.ends(value, error)])
-        assert curve.colour == motion_panels.COLOURS[state]
+        assert curve.colour == transition.COLOURS[state]
 
 
 def test_fig14_is_a_diagram_of_all_noises_and_a_column():
