@@ -184,13 +184,13 @@ def claim(**change):
     return Claim(**settings | change)
 
 
-def tables_of(monkeypatch, measured, used=(), **change):
+def tables_of(monkeypatch, outcome, used=(), **change):
     """Row and estimates of a claim whose function returns or raises this."""
 
     def function(evidence):
-        if isinstance(measured, Exception):
-            raise measured
-        return measured
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
 
     monkeypatch.setattr(measured, "load_ledger", lambda: {"x": claim(**change)})
     monkeypatch.setitem(measured.REGISTRY, "x", function)
@@ -212,8 +212,8 @@ def failing(error):
 
 
 def test_a_row_holds_what_was_measured(monkeypatch):
-    measured = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
-    row, estimates = tables_of(monkeypatch, measured, used=["one", "two"])
+    outcome = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
+    row, estimates = tables_of(monkeypatch, outcome, used=["one", "two"])
     answer = {"": "yes", "_reading": "", "_tried": "1", "_reason": "", "_runs": "4"}
     replicated = {"_found": "It is 1.25 (1.12 to 1.38).", "_how": "once", "_because": "",
                   "_criterion": "a: 0.5 to 1.5"}  # fmt: skip
