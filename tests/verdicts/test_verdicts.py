@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.verdicts import criteria, evidence
+from beltrepro.replication.verdicts import criteria, evidence, measured
 from beltrepro.replication.verdicts.criteria import (
     IN_PART,
     NO,
