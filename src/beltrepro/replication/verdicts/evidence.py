@@ -14,6 +14,7 @@ from beltrepro.stats.estimates import Estimate
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
 # the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
+_SYMBOLS = {"n_blocks": "N", "belt_velocity": "u", "noise": "sigma"}  # of the paper
 SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
 SCANS_WITH_REPLICATES = ("n5_replicates", "size_replicates")
 
@@ -185,7 +186,7 @@ class Evidence:
             if len(self._cuts[key].belt_velocity):
                 self.dataset(name)
                 return _settled(self._cuts[key], name)
-        place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
+        place = ", ".join(f"{_SYMBOLS[key]} = {value:g}" for key, value in where.items())
         raise NotEnoughDataError(f"no runs with {place} in {' or '.join(scans)}")
 
     def values(self, scan: str, name: str) -> np.ndarray:
