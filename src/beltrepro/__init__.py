@@ -7,7 +7,6 @@ editors and mypy see of them stands in `__init__.pyi`.
 from importlib import import_module as _import_module
 
 _HOMES = {
-    "Audit": "simulation.audit",
     "Basins": "chaos.basins",
     "Catalogue": "simulation.catalogues",
     "ChainParameters": "model.parameters",
@@ -21,7 +20,6 @@ _HOMES = {
     "Results": "simulation.results",
     "Run": "simulation.run",
     "Setup": "simulation.setup",
-    "audit": "simulation.audit",
     "basins": "chaos.basins",
     "catalogue": "simulation.catalogues",
     "classify": "chaos.naming",

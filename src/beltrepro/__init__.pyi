@@ -16,8 +16,6 @@ from beltrepro.engine.state import ChainState as ChainState
 from beltrepro.model.energy import mode_energies as mode_energies
 from beltrepro.model.energy import sliding_energy as sliding_energy
 from beltrepro.model.parameters import ChainParameters as ChainParameters
-from beltrepro.simulation.audit import Audit as Audit
-from beltrepro.simulation.audit import audit as audit
 from beltrepro.simulation.catalogues import Catalogue as Catalogue
 from beltrepro.simulation.catalogues import catalogue as catalogue
 from beltrepro.simulation.grid import Grid as Grid

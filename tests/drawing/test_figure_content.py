@@ -9,18 +9,13 @@ import itertools
 import numpy as np
 import pytest
 from matplotlib.patches import FancyArrowPatch
-from scipy import stats
 
 import drawn
 import figure_data as made
-import irregular
 import naive
-import recorded
 from beltrepro.base.store import Dataset
-from beltrepro.model.units import LENGTH_M
-from beltrepro.replication.camera import recording
-from beltrepro.replication.drawing import motion_panels, style
-from beltrepro.replication.studies.laws import figures as laws
+from beltrepro.replication.drawing import style
+from beltrepro.replication.studies.transition import figures as transition
 from beltrepro.stats import intermittency, spectra
 from figure_data import SCANS, SCATTER, U, dataset
 
@@ -65,14 +60,6 @@ def crossings(name, n, s):
 # --- the model ------------------------------------------------------------------------------------
 
 
-def test_fig01_draws_five_blocks_joined_by_springs():
-    (panel,) = shown("fig01")
-    assert sorted(panel.texts) == sorted(["$k$", *["$m$"] * 5, "$u$", "$x_N$"])
-    springs = [curve.x for curve in panel.curves if curve.colour == style.BLUE]
-    assert len(springs) == 5 and springs[0][0] == 0
-    assert all(left[-1] < right[0] for left, right in itertools.pairwise(springs))
-
-
 def test_fig06_is_the_force_of_the_spring():
     (panel,) = shown("fig06")
     x = panel.curve("spring of the model").x
@@ -109,23 +96,6 @@ def test_fig07_is_the_friction_of_one_event_of_the_last_block():
     assert enlarged.guides == [("y", 0.4 * 80)]
     assert enlarged.spans == [("y", pytest.approx(31.6), pytest.approx(32.4))]  # noise 1 on F_st
     assert rf"measured {friction[slips].std():.2f}, $f_s \sigma$ = 0.40" in enlarged.title
-
-
-def test_fig07_takes_another_block_where_the_last_does_not_slip():
-    data = dataset("friction_event")
-    events = data.arrays["events"].copy()
-    events["block"][events["block"] == 5] = 3
-    assert "block 4 of 5" in shown("fig07", friction_event=changed(data, events=events))[0].title
-    panels = shown("fig07", friction_event=changed(data, events=events[:0]))
-    assert all("no complete" in " ".join(panel.texts) for panel in panels)
-
-
-@pytest.mark.parametrize(("samples", "enough"), [(8, False), (10, True), (12, True)])
-@pytest.mark.parametrize("first", [0, 30])
-def test_fig07_takes_a_stretch_with_ten_samples(samples, enough, first):
-    time = 0.5 * np.arange(60)
-    end = time[first] + 0.5 * samples
-    assert laws._sampled(time, time[first], end) == enough
 
 
 # --- series ---------------------------------------------------------------------------------------
@@ -180,92 +150,6 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     is_spectrum(spectrum, dataset("u1"), printed=(0.0016, -1.21))  # caption of Fig. 8
     middle = time[np.argmin(relative)]
     is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
-
-
-@pytest.mark.parametrize("sticks", [False, True])
-def test_fig11_marks_the_end_of_the_transient_and_enlarges_three_periods(sticks):
-    data = made.series(5, 20.0, 0.0, length=25_000, interval=0.2, transient=0.0)
-    time = data.arrays["time"]
-    phase = 2 * np.pi * (time[:, np.newaxis] + 3 * np.arange(5)) / 50
-    regular = time[:, np.newaxis] >= 2000
-    positions = np.where(regular, 600 + 40 * np.sin(phase), data.arrays["positions"])
-    velocities = np.where(regular, 10 * np.cos(phase), data.arrays["velocities"])
-    if sticks:
-        velocities[(time >= 2000) & (np.arange(time.size) % 50 == 0), 4] = 20
-    data = changed(data, positions=positions, velocities=velocities)
-    upper, lower, end_above, end_below = shown("fig11", u20=data)
-    (_, printed), (axis, since) = upper.guides
-    assert printed == 4000  # Sec. IV.A
-    assert lower.guides == upper.guides and axis == "x"
-    assert 2000 <= since <= 2050  # the first crossing of the settled motion
-    assert f"periodic from $t$ = {since:.0f} on, period 50.0" in upper.title
-    assert ("goes on sticking" if sticks else "only slips, as in the paper") in lower.title
-    early = time <= 1.6 * since + 150
-    time = time[early]
-    for panel, inner, values, xlabel, ylabel in (
-        (upper, end_above, positions[early, 4], "", "$x_N$"),
-        (lower, end_below, velocities[early, 4] - 20, "$t$", "$v_{rN}$"),
-    ):
-        panel.draws(xlabel, ylabel, (time, values))
-        is_zoom(panel, inner, time, values, time[-1] - 150, time[-1])
-
-
-def test_fig11_where_the_motion_does_not_repeat_itself():
-    assert shown("fig11")[0].guides == [("x", 4000)]
-    velocities = dataset("u20").arrays["velocities"].copy()
-    velocities[1001:] -= 1.0  # the last stick is at sample 1000, t = 2000
-    upper, *_ = shown("fig11", u20=changed(dataset("u20"), velocities=velocities))
-    assert upper.guides == [("x", 4000), ("x", 2000.0)] and upper.curves[0].x[-1] == pytest.approx(
-        3260
-    )
-
-
-def are_laminar(panel, data, window, *, zero=0.0):
-    """Long slips of the last block after the transient are shaded and counted; no others are."""
-    about = data.attributes
-    slips = made.long_slips(about["duration"], about["n_blocks"])[1:3]
-    inside = [np.clip(slip, *window) - zero for slip in slips if slip[1] > window[0]]
-    inside = [(begin, end) for begin, end in inside if end > begin]
-    np.testing.assert_allclose([span[1:] for span in panel.spans], inside)
-    length = about["duration"] - about["transient"]
-    point = rf"$u = {about['belt_velocity']:g}$, $\sigma = {about['noise']:g}$"
-    assert f"{point}: 2 laminar phases, {1400 / length:.0%} of $t$ = {length:g}" in panel.title
-
-
-def test_fig16_is_a_part_with_both_motions_of_two_series_with_their_spectra_and_laminar_shares():
-    data = {"u17": made.series(5, 17.5, 2.2, length=39400)}
-    data |= {"u19": made.series(5, 19.0, 2.2, length=42400)}
-    above, below, first, second, shares = shown("fig16", **data)
-    # the first part of 60000, in steps of a tenth from the transient on, with both long slips
-    for panel, spectrum, name, begin in (
-        (above, first, "u17", 18500),
-        (below, second, "u19", 24500),
-    ):
-        arrays, end = data[name].arrays, begin + 60000
-        part = (arrays["time"] >= begin) & (arrays["time"] <= end)
-        panel.draws("$t$", "$x_N$", (arrays["time"][part], arrays["positions"][part, 4]))
-        are_laminar(panel, data[name], (begin, end))
-        is_spectrum(spectrum, data[name])
-    assert shares.guides == [("x", 17.5), ("x", 19.0)]
-    u = SCANS["n5_replicates"][1]
-    share = made.laminar(u, 2.2)
-    shares.draws("$u$", "laminar share", (np.repeat(u, 3), np.repeat(share, 3)), (u, share))
-
-
-def test_fig20_is_a_panel_for_each_belt_velocity_and_the_last_sticks_of_runs():
-    *stack, last = shown("fig20")
-    for panel, u in zip(stack, (28, 31, 34, 38), strict=True):
-        arrays = dataset(f"n10_u{u}").arrays
-        part = (arrays["time"] >= 1500) & (arrays["time"] <= 11500)
-        xlabel = "$t$ since the left edge of the panel" if u == 38 else ""
-        curve = arrays["time"][part] - 1500, arrays["positions"][part, 9]
-        panel.draws(xlabel, "$x_N$", curve)
-        are_laminar(panel, dataset(f"n10_u{u}"), (1500, 11500), zero=1500)
-    u = SCANS["size_replicates"][1]
-    stick = np.where(u > 30, [[0.25], [0.88], [0.92]], 0.92)
-    share = (u, np.where(u > 30, 1 / 3, 1), "share that sticks to the end")
-    last.draws("$u$", "last stick / length of run", (np.tile(u, 3), stick.ravel(), "a run"), share)
-    assert last.guides == [("y", 0.25)]
 
 
 def test_a_slip_that_never_ends_is_one_laminar_phase():
@@ -334,19 +218,6 @@ def test_fig10_is_the_points_at_which_the_last_block_slips_by_both_integrators()
         assert f"{(slips & new).sum()} of {slips.sum()} points are new" in panel.title
 
 
-def test_fig10_is_a_density_where_points_are_many():
-    data = made.catalogue(points=30_000)
-    points = data.arrays["section"]
-    position, relative = points["positions"][:, 4], points["velocities"][:, 4] - 1.5
-    (image,) = shown("fig10", slips_u1=data)[0].images
-    slips = relative < 0
-    expected = np.histogram2d(position[slips], relative[slips], (240, 240))
-    seen = np.nan_to_num(image.values).T, image.x_edges, image.y_edges
-    for values, wanted in zip(seen, expected, strict=True):
-        np.testing.assert_allclose(values, wanted)
-    assert image.scale == "log"
-
-
 # --- scans ----------------------------------------------------------------------------------------
 
 
@@ -374,66 +245,7 @@ def is_exponents(panel, n_blocks):
         u, value, error = (arrays[name][here] for name in names)
         curve = panel.curve(state)
         np.testing.assert_allclose(curve.points.T, [u, value, *drawn.ends(value, error)])
-        assert curve.colour == motion_panels.COLOURS[state]
-
-
-def test_fig12_tells_irregular_motion_from_the_time_to_the_last_stick():
-    """Means over all five-block runs from starts spread by 10; by the scheme, of those that end."""
-    runs = irregular.settling(
-        n_blocks=[4, 5], belt_velocity=[1, 20, 32], initial_spread=[1, 10.0],
-        lasts=lambda n, u: np.where(u > 1, 2e4 * n / 5 + 100 * u, 1e12),
-    )  # fmt: skip
-    _, _, panel, _ = shown("fig12", survival=runs)
-    assert (panel.xlabel, panel.ylabel) == ("", r"$\tau$")
-    arrays, means = runs.arrays, []
-    for u in (20, 32):
-        here = (arrays["n_blocks"] == 5) & (arrays["initial_spread"] == 10)
-        time = arrays["lifetime"][here & (arrays["belt_velocity"] == u)]
-        means.append(np.minimum(time, 5e5).sum() / np.sum(time <= 5e5))
-    curve = panel.curve("irregular, exact")
-    assert curve.x.tolist() == [20, 32] and curve.y == pytest.approx(means)
-    # nothing ends at u = 1 in the 5e5 of 16 runs: as much comes in 2.5 % of all cases at the limit
-    limit = next(curve for curve in panel.curves if curve.x.tolist() == [1])
-    assert stats.poisson.cdf(0, 16 * 5e5 / limit.y[0]) == pytest.approx(0.025)
-    ended = panel.curve("to the last stick, paper's scheme")
-    assert ended.x.size and set(ended.x) <= {18.0, 24.0}  # of 30 two runs end
-    arrays = dataset("lifetimes_wide").arrays
-    for u, mean in zip(ended.x, ended.y, strict=True):
-        here = (arrays["belt_velocity"] == u) & arrays["escaped"]
-        assert np.median(arrays["lifetime"][here]) / 2 < mean < 1500
-
-
-NOISES = (0.0, 1.0, 2.2, 5.0, 10.0)  # of Fig. 13
-
-
-def test_fig13_is_single_runs_and_independent_ones_for_each_noise():
-    above, below = shown("fig13")
-    # the scans by the scheme are crosses here, and those by exact motion have the noise's marks
-    curves = [row("n5_rows", 5, s) for s in NOISES]
-    exact = [(*row("n5_rows_check", 5, s), rf"$\sigma = {s:g}$") for s in (0.0, 1.0)]
-    above.draws("$u$", "$r$", *curves, *exact)
-    assert "paper's scheme" in above.legend
-    markers = {curve.marker for curve in above.curves if not curve.label}
-    assert markers == {"x"} and above.curve(r"$\sigma = 0$").marker != "x"
-    assert above.guides == [("x", 16.5), ("x", 19)]  # critical velocities, Sec. IV
-    rows = {s: row("n5_replicates", 5, s) for s in NOISES[:4]}
-    curves = [(*mean(*points), rf"$\sigma = {s:g}$") for s, points in rows.items()]
-    # without noise branches coexist: no means
-    curves[0] = curves[0][0], np.full(curves[0][0].size, np.nan), curves[0][2]
-    check = runs(*row("n5_replicates_check", 5, 0.0))
-    dots = [runs(*points) for points in rows.values()]
-    below.draws("$u$", "$r$", *curves, *dots, (*check, "paper's scheme"))
-    assert below.curve("paper's scheme").marker == "x"
-
-
-def test_means_are_drawn_only_where_all_runs_lie_on_one_branch():
-    data = dataset("n5_replicates")
-    disorder = data.arrays["disorder_parameter"].copy()
-    apart = (data.arrays["belt_velocity"] == 20) & (data.arrays["replicate"] == 1)
-    disorder[apart] *= 0.4
-    _, below = shown("fig13", n5_replicates=changed(data, disorder_parameter=disorder))
-    curve = below.curve(r"$\sigma = 1$")
-    assert curve.x[np.isnan(curve.y)].tolist() == [20]
+        assert curve.colour == transition.COLOURS[state]
 
 
 def test_fig14_is_a_diagram_of_all_noises_and_a_column():
@@ -521,51 +333,6 @@ def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point_and_the_sha
     assert below.guides == [("y", low), ("y", high)]
 
 
-@pytest.mark.parametrize(("apart", "joined"), [(0.4, True), (0.6, False)])
-def test_fig18_joins_no_means_of_runs_that_keep_to_one_motion(apart, joined):
-    data = dataset("n5_replicates")
-    differing = (data.arrays["noise"] == 1) & (data.arrays["belt_velocity"] == 17)
-    share = data.arrays["laminar_fraction"].copy()
-    share[differing] = 0.3
-    share[np.flatnonzero(differing)[0]] += apart
-    changed = Dataset(data.arrays | {"laminar_fraction": share}, data.attributes)
-    _, below = shown("fig18", n5_replicates=changed)
-    line = below.curve(r"$\sigma = 1$").points[:, 1]
-    assert np.isfinite(line).all() == joined and np.isfinite(line).any() == joined
-    assert np.isfinite(below.curve(r"$\sigma = 2.2$").points).all()
-
-
-def test_fig18_leaves_holes_and_has_no_dot_where_nothing_is_intermittent():
-    data = dataset("n5_map")
-    hole = (data.arrays["belt_velocity"] == U[1]) & (data.arrays["noise"] == 2.5)
-    arrays = {name: values[~hole] for name, values in data.arrays.items()}
-    arrays["laminar_count"] = np.zeros(arrays["noise"].size, dtype=int)
-    panel, _ = shown("fig18", n5_map=Dataset(arrays, data.attributes))
-    assert np.argwhere(np.isnan(panel.images[0].values)).tolist() == [[1, 1]]
-    assert not panel.curves and "no point is intermittent" in panel.title
-
-
-def test_fig19_is_replicates_of_three_sizes_and_single_runs_of_all():
-    above, below = shown("fig19")
-    names = {5: "n5_replicates", 7: "size_replicates", 10: "size_replicates"}
-    rows = {n: row(name, n, 1.0) for n, name in names.items()}
-    curves = [(*mean(*points), f"$N = {n}$") for n, points in rows.items()]
-    curves += [runs(*points) for points in rows.values()]
-    above.draws("", "$r$", *curves)
-    # u_c and its ends; the made-up table has none for seven and ten blocks
-    assert sorted(above.guides) == [("x", u) for u in (18.2, 18.5, 18.8)]
-    marks = {curve.marker for curve in above.curves if curve.label == "" and len(curve.x) > 1}
-    assert len(marks) == 3  # which tell the runs of the three apart in grey
-    assert above.spans == [("x", 15, 18), ("x", 23, 32), ("x", 27, 40)]  # caption of Fig. 19
-    curves = [(*row("n5_rows", n, 1.0), f"$N = {n}$") for n in (4, 5)]
-    curves += [(*row("size_rows", n, 1.0), f"$N = {n}$") for n in made.SIZES]
-    curves += [(*row("n5_rows_check", n, 1.0), "") for n in (5, 6)]
-    curves += [(*row("size_rows_check", n, 1.0), "") for n in (2, 6)]
-    below.draws("$u$", "$r$", *curves)
-    assert above.texts == ["paper: $N = 5$", "$N = 7$", "$N = 10$"]
-    assert "$N = 5$, exact motion" in below.legend  # with the colour of its crosses
-
-
 def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():
     for panel, n in zip(shown("fig22"), made.SIZES, strict=True):
         assert f"$N = {n}$, $x_N = {111 * n}$" in panel.title
@@ -578,82 +345,3 @@ def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():
 
 
 # --- the virtual experiment -----------------------------------------------------------------------
-
-
-def filmed(name, **replaced):
-    """Panels of a figure of the virtual experiment, and its data."""
-    data = made.data_of(name, **replaced)
-    figure = made.draw(name, data)
-    assert "virtual experiment" in figure.get_suptitle()
-    return data, drawn.panels_of(figure)
-
-
-def test_fig02_is_the_first_frame_with_a_line_to_each_part():
-    data, (panel,) = filmed("fig02")
-    (image,) = panel.images
-    np.testing.assert_array_equal(image.values, next(data["belt_028_film"]()).picture)
-    # lines end at the blocks: what is white under the last one, and black under the others
-    ends = {words: getattr(text, "xy", None)
-            for words, text in zip(panel.texts, panel.axes.texts, strict=True)}  # fmt: skip
-    places = [ends[words] for words in ("block 1", "2", "3", "4", "5, white")]
-    beneath = [int(image.values[round(y) + 8, round(x)]) for x, y in places]
-    assert beneath[-1] > 150 > 25 > max(beneath[:-1])
-    x, y = ends["fixed point"]  # at the side of the support, which is grey, at the wall
-    assert 40 < image.values[round(y), round(x) - 6] < 100 and places[0][0] - x > 50
-    metres = data["belt_028"].arrays["positions"][0] * LENGTH_M
-    gaps = np.diff([x for x, _ in places]) * recorded.PIXEL
-    assert gaps == pytest.approx(np.diff(metres), abs=0.002)
-
-
-def test_fig03_is_a_second_of_frames_with_the_track_on_the_white():
-    data, (strips, trace) = filmed("fig03")
-    track = data["belt_028_track"]
-    early, ((_, begin, end),) = track.time_s <= 10, trace.spans
-    trace.draws("$t$ (s)", "$x_5$ (cm)", (track.time_s[early], 100 * track.x_m[early]))
-    chosen = (track.time_s >= begin - 1e-9) & (track.time_s <= end + 1e-9)
-    assert chosen[np.diff(track.x_m[early]).argmin()]  # the fastest move back is in it
-    (dots,) = [curve for curve in strips.curves if curve.marker]
-    np.testing.assert_allclose(dots.points.T, [100 * track.x_m[chosen], np.arange(24) + 0.5])
-    (image,) = strips.images
-    centres = (image.x_edges[:-1] + image.x_edges[1:]) / 2
-    rows = np.array_split(image.values, 24)
-    seen = [np.average(centres, weights=strip.sum(axis=0)) for strip in rows]
-    # now and then the threshold also lets the support through, which is no block by its shape
-    assert np.sum(np.abs(seen - 100 * track.x_m[chosen]) < 0.2) >= 22
-
-
-def is_part(panel, spectrum):
-    """The spectrum of a part of a recording, up to 8 Hz."""
-    kept = spectrum.frequency_hz <= 8
-    expected = spectrum.frequency_hz[kept], spectrum.power[kept]
-    np.testing.assert_allclose(panel.curves[0].points.T, expected)
-
-
-def test_fig04_is_two_recordings_with_spectra_of_small_and_large_amplitudes():
-    data, panels = filmed("fig04")
-    for name, (trace, small, large) in (("belt_028", panels[:3]), ("belt_035", panels[3:])):
-        track = data[f"{name}_track"]
-        analysis = recording.analyse(track.time_s, track.x_m)
-        np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
-        assert f"$r$ = {analysis.disorder_parameter:.3g} (" in trace.title
-        assert ("(paper, recorded: 0.052)" in trace.title) == (name == "belt_028")  # Sec. II
-        for panel, part in ((small, "small"), (large, "large")):
-            is_part(panel, analysis.spectra[part])
-        steps = [place for axis, place in small.guides if axis == "x"]
-        assert steps == pytest.approx(recorded.FUNDAMENTAL * np.arange(1, 7), abs=0.01)
-        assert "multiples of 0.6 Hz: p = 0.001" in " ".join(small.texts) and not large.guides
-    restless = recorded.track(recorded.run(0.28, 1.0, seed=2))
-    _, (_, small, *_) = filmed("fig04", belt_028_track=restless)
-    assert "does not alternate here" in small.texts[0] and not small.curves
-
-
-def test_fig05_is_the_recording_with_the_spectrum_of_all_of_it():
-    data, (trace, below, enlarged) = filmed("fig05")
-    time, x = data["belt_022_track"].time_s, 100 * data["belt_022_track"].x_m
-    analysis = recording.analyse(time, x / 100)
-    minute = np.abs(time - (time[0] + time[-1]) / 2) <= 30
-    np.testing.assert_allclose(enlarged.curves[0].points.T, [time[minute], x[minute]])
-    np.testing.assert_allclose(trace.curves[0].points.T, [analysis.time_s, 100 * analysis.x_m])
-    is_part(below, analysis.spectra["whole"])
-    assert "slip at once for 1.2e+02 s at most" in trace.title
-    assert "(paper, recorded: 0.072)" in trace.title  # Sec. II

@@ -522,20 +522,6 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path):
     assert table[7] == ["1", "16", "9.44", "0.17", "0.5"]
 
 
-def test_each_audit_has_its_row_and_nothing_where_it_does_not_apply(tmp_path):
-    audit = pd.DataFrame({
-        "dataset": ["u1", "u17"], "method": ["event", "verlet"], "n_blocks": 5,
-        "belt_velocity": [1.5, 17.5], "noise": [0.0, 2.2], "energy_residual": [1.234e-9, np.nan],
-        "wrong_way": [0.0, 0.01234], "overload": [0.999894, np.nan], "windows": [12, 0],
-        "deviation": [3.21e-7, np.nan], "noise_ratio": [np.nan, 1.01234],
-        "noise_error": [np.nan, 0.04567],
-    })  # fmt: skip
-    assert cells(part(written_with(tmp_path, audit=audit), "runs"))[2:] == [
-        ["u1", "event", "5", "1.5", "0.0", "1.2e-09", "0", "0.9999", "12", "3.2e-07", ""],
-        ["u17", "verlet", "5", "17.5", "2.2", "", "0.012", "", "", "", "1.012 ± 0.046"],
-    ]
-
-
 def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
     table = pd.DataFrame(
         {"film": name, "belt_speed": 0.2 + 0.02 * k}

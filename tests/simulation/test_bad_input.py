@@ -163,7 +163,6 @@ CALLS = {
     "Results.load": (Results.load, {"path": "results.h5"}),
     "Run.save": (RUN.save, {"path": "run.h5"}),
     "analyse": (recording.analyse, {"time_s": TIME, "x_m": 1 + 0.1 * np.sin(TIME)}),
-    "audit": (beltrepro.audit, {"run": RUN}),
     "basins": (beltrepro.basins, SHORT),
     "catalogue": (beltrepro.catalogue, SHORT),
     "classify": (beltrepro.classify, LONG),

@@ -10,7 +10,6 @@ from beltrepro import (
     ChainParameters,
     Grid,
     Results,
-    audit,
     basins,
     catalogue,
     classify,
@@ -35,7 +34,6 @@ def returned():
     orbit = periodic_orbit(ChainParameters(1, 5.0), duration=200, transient=100)
     results = [
         run,
-        audit(run),
         scan([CHAIN], duration=50, transient=20),
         catalogue(CHAIN, duration=50, transient=20),
         classify(CHAIN, duration=60, transient=20),

@@ -1,6 +1,7 @@
 """Claims on other numbers of blocks, by made-up runs with a known answer."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -346,3 +347,28 @@ def test_the_effect_needs_independent_runs_at_shared_velocities():
             "noise-less-relevant",
             n5_replicates=Dataset(made.arrays | {"belt_velocity": moved}, made.attributes),
         )
+
+
+def test_distributions_at_the_section_are_compared_and_averaged_over_u(monkeypatch):
+    monkeypatch.setattr(measure, "RESAMPLES", 3)
+    u, rng = np.array([1.0, 2.0, 4.0, 5.0, 9.0, 20.0]), np.random.default_rng(8)
+
+    def row(shift, counts):
+        samples = {p: shift * p + rng.normal(size=n) for p, n in zip(u, counts, strict=True)}
+        place = np.repeat(u, counts)
+        velocities = np.concatenate([samples[p] for p in u])
+        velocities[place == 5.0] = np.where(rng.random(sum(place == 5.0)) < 0.9, np.nan, 1.0)
+        return SimpleNamespace(
+            belt_velocity=place, velocities=velocities, samples=samples,
+            between=lambda low, high: (place >= low) & (place <= high),
+        )  # fmt: skip
+
+    quiet, noisy = row(0.0, [40, 50, 35, 60, 45, 80]), row(0.2, [45, 40, 55, 70, 36, 90])
+    counted = [1.0, 2.0, 4.0, 9.0]  # at 5 there are few crossings, 20 is beyond the range
+    far = []
+    for place in counted:
+        one, other = quiet.samples[place], noisy.samples[place]
+        ends = np.concatenate([one, other])
+        far.append(max(abs(np.mean(one <= end) - np.mean(other <= end)) for end in ends))
+    value = measure.effect_on_section(1.0, 9.0, quiet, noisy).value
+    assert value == pytest.approx(np.trapezoid(far, counted) / 8)

@@ -104,8 +104,8 @@ def test_the_p_of_shares_is_that_of_all_tables_with_the_same_margins():
     assert row["distance"] == pytest.approx((0.3 + 0.4 + 0.1) / 2)
     assert (row["mean_tested"], row["mean_reference"]) == (0.5, 0.2)
     # never less than one in the number of draws and one
-    apart = samples.compare_shares([0] * 40, [1] * 40, labels=(0, 1), counted=0, n_permutations=99)
-    assert apart["p"] == pytest.approx(0.01)
+    apart = samples.compare_shares([0] * 40, [1] * 40, labels=(0, 1), counted=0)
+    assert apart["p"] == pytest.approx(1e-4)
 
 
 def test_lifetimes_need_five_escapes_on_both_sides_together():
@@ -179,45 +179,6 @@ def comparison(mean_p=0.5, tested=2.0, reference=1.0, **other):
            "test": "KS", "p": 0.6, "distance": 0.1}  # fmt: skip
     row |= {"tested": "one", "reference": "two"}
     return row | other
-
-
-def test_an_overall_test_by_hand():
-    rows = [comparison(0.2, 11.0, 10.0), comparison(0.9, 4.0, 5.0), comparison(0.4, 1.0, 0.0)]
-    together = samples.overall([*rows, comparison(np.nan, 100.0, 1.0)])
-    chi2 = sum(stats.norm.ppf(p / 2) ** 2 for p in (0.2, 0.9, 0.4))
-    assert together == {
-        "degrees": 3,
-        "chi2": pytest.approx(chi2),
-        "chi2_p": pytest.approx(stats.chi2(3).sf(chi2)),
-        # the ordered p are 0.2, 0.4, 0.9: farthest from uniform by 2/3 - 0.4
-        "uniform_p": pytest.approx(stats.kstwo.sf(2 / 3 - 0.4, 3)),
-        "shift": pytest.approx((0.1 - 0.2) / 2),
-        "shift_error": pytest.approx(math.hypot(0.5 / 10, 0.5 / 5) / 2),
-    }
-    none = samples.overall([comparison(0.5, 1.0, 0.0)])
-    assert none["degrees"] == 1 and np.isnan([none["shift"], none["shift_error"]]).all()
-    assert samples.overall([])["degrees"] == 0
-
-
-@pytest.mark.thorough
-def test_overall_tests_have_the_stated_rate():
-    rng = RNG(6)
-
-    def family():
-        sides = 5 + rng.standard_normal((24, 2, 16))
-        return samples.overall([samples.compare_samples(*pair) for pair in sides])
-
-    together = [family() for _ in range(60)]
-    for name in ("chi2_p", "uniform_p"):
-        assert stats.kstest([one[name] for one in together], "uniform").pvalue > 1e-3
-    scores = np.array([one["shift"] / one["shift_error"] for one in together])
-    assert abs(scores.mean()) < 0.6 and 0.6 < scores.std() < 1.5
-
-
-def test_largest_of_many():
-    assert samples.largest_of(1) == pytest.approx(1.95996, abs=1e-4)
-    largest = np.abs(RNG(7).standard_normal((2000, 28))).max(axis=1)
-    assert within(np.mean(largest > samples.largest_of(28)), 0.05, 2000)
 
 
 # --- from datasets to tables ----------------------------------------------------------------------
@@ -391,7 +352,6 @@ def test_families_are_judged_each_by_itself():
     assert (first["points"], first["runs"], first["test"]) == (4, 7, "KS")
     assert [first[name] for name in samples.VERDICTS] == [1, 1, 1, 1]
     assert first["smallest_p"] == pytest.approx(0.03) and first["largest_distance"] == 0.9
-    assert first["degrees"] == 4 and first["shift"] == pytest.approx(1.0)
     assert (second["points"], second["smallest_p"]) == (1, 0.04)
     assert (second["tested"], second["reference"]) == ("one", "two")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.verdicts import criteria, evidence
+from beltrepro.replication.verdicts import criteria, evidence, measured
 from beltrepro.replication.verdicts.criteria import (
     IN_PART,
     NO,
@@ -184,13 +184,13 @@ def claim(**change):
     return Claim(**settings | change)
 
 
-def tables_of(monkeypatch, measured, used=(), **change):
+def tables_of(monkeypatch, outcome, used=(), **change):
     """Row and estimates of a claim whose function returns or raises this."""
 
     def function(evidence):
-        if isinstance(measured, Exception):
-            raise measured
-        return measured
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
 
     monkeypatch.setattr(measured, "load_ledger", lambda: {"x": claim(**change)})
     monkeypatch.setitem(measured.REGISTRY, "x", function)
@@ -212,8 +212,8 @@ def failing(error):
 
 
 def test_a_row_holds_what_was_measured(monkeypatch):
-    measured = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
-    row, estimates = tables_of(monkeypatch, measured, used=["one", "two"])
+    outcome = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
+    row, estimates = tables_of(monkeypatch, outcome, used=["one", "two"])
     answer = {"": "yes", "_reading": "", "_tried": "1", "_reason": "", "_runs": "4"}
     replicated = {"_found": "It is 1.25 (1.12 to 1.38).", "_how": "once", "_because": "",
                   "_criterion": "a: 0.5 to 1.5"}  # fmt: skip
@@ -271,16 +271,6 @@ def test_what_cannot_be_tested_still_says_what_the_model_does(monkeypatch):
 
 
 # --- evidence -------------------------------------------------------------------------------------
-
-
-def test_events_of_the_last_block_only():
-    events = np.array(
-        [(1.0, 2, "slip"), (2.0, 2, "stick"), (3.0, 1, "slip"), (4.0, 2, "slip")],
-        [("time", "f8"), ("block", "i8"), ("kind", "U5")],
-    )
-    series = SimpleNamespace(arrays={"events": events}, attributes={"n_blocks": 2})
-    slips, sticks = evidence.last_block_events(series)
-    assert slips["time"].tolist() == [1, 4] and sticks["time"].tolist() == [2]
 
 
 @pytest.mark.parametrize(("transient", "refused"), [(5000.0, False), (4999.0, True)])

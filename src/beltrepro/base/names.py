@@ -20,6 +20,8 @@ SYMBOLS = {"N": "n_blocks", "u": "belt_velocity", "sigma": "noise", "dt": "time_
 
 # What left in version 2.0, and what does the same.
 LEFT = {
+    "Audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
+    "audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
     "bench": "`make bench` measures the integrators",
     "kick": "nothing does the same",
     "separation": "`simulate` from two states that lie close to each other does the same",

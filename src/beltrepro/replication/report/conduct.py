@@ -36,11 +36,8 @@ def deviations_of_run(datasets: list[dict]) -> list[dict]:
 
 
 def runs(material: Material) -> dict:
-    """Rows of plain values, from the attributes of the datasets and from audit.csv."""
-    audits = []
-    if material.has(["audit"]):
-        audits = pd.read_csv(material.file("audit")).to_dict("records")
-    return {"runs": material.datasets, "audits": audits}
+    """Rows of plain values, from the attributes of the datasets."""
+    return {"runs": material.datasets}
 
 
 def times(material: Material) -> dict:

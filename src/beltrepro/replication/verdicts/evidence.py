@@ -14,6 +14,7 @@ from beltrepro.stats.estimates import Estimate
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
 # the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
+_SYMBOLS = {"n_blocks": "N", "belt_velocity": "u", "noise": "sigma"}  # of the paper
 SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
 SCANS_WITH_REPLICATES = ("n5_replicates", "size_replicates")
 
@@ -153,7 +154,7 @@ class Evidence:
             )
             if chosen.any():
                 attributes = self.dataset(name).attributes
-                _require_settled(attributes.get("transient", np.inf), name)
+                _settled(Cut({}, attributes.get("transient", np.inf), np.inf), name)
                 return sections.select(arrays, chosen), attributes
         place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
         raise NotEnoughDataError(f"no run with {place} in {' or '.join(names)}")
@@ -164,42 +165,29 @@ class Evidence:
         return float(self.settings["defaults"]["laminar_time"])
 
     def row(self, n_blocks: int, noise: float, *, scan: str | None = None) -> Cut:
-        """The row of a number of blocks and a noise, from the first scan that has it.
-
-        Runs whose discarded transient is shorter than SETTLED_TRANSIENT are refused.
-        """
-        for name in (scan,) if scan else SCANS_WITH_ROWS:
-            if self.has(name):
-                cut = self._cut(name, n_blocks=n_blocks, noise=noise)
-                if len(cut.belt_velocity):
-                    self.dataset(name)
-                    return _settled(cut, name)
-        place = scan if scan else "any scan of this preset"
-        raise NotEnoughDataError(f"no row with N = {n_blocks}, sigma = {noise:g} in {place}")
+        """The row of a number of blocks and a noise, from the first scan that has it."""
+        return self._first((scan,) if scan else SCANS_WITH_ROWS, n_blocks=n_blocks, noise=noise)
 
     def replicates(self, n_blocks: int, noise: float, *, scan: str | None = None) -> Cut:
-        """The row of a number of blocks and a noise with independent runs at each point.
-
-        scan : its name; if not given, the first of SCANS_WITH_REPLICATES that has the row, which
-        are by one method for all noise levels.
-        """
-        for name in (scan,) if scan else SCANS_WITH_REPLICATES:
-            if self.has(name):
-                cut = self._cut(name, n_blocks=n_blocks, noise=noise)
-                if len(cut.belt_velocity):
-                    self.dataset(name)
-                    return _settled(cut, name)
-        place = scan if scan else "this preset"
-        raise NotEnoughDataError(
-            f"no independent runs with N = {n_blocks}, sigma = {noise:g} in {place}"
-        )
+        """The row with independent runs at each point, by one method for all noise levels."""
+        scans = (scan,) if scan else SCANS_WITH_REPLICATES
+        return self._first(scans, n_blocks=n_blocks, noise=noise)
 
     def column(self, scan: str, n_blocks: int, belt_velocity: float) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""
-        self.dataset(scan)
-        cut = self._cut(scan, n_blocks=n_blocks, belt_velocity=belt_velocity)
-        require(len(cut.noise), f"no column with N = {n_blocks}, u = {belt_velocity:g} in {scan}")
-        return _settled(cut, scan)
+        return self._first((scan,), n_blocks=n_blocks, belt_velocity=belt_velocity)
+
+    def _first(self, scans: tuple[str, ...], **where: float) -> Cut:
+        """The row or column from the first of the scans that has it."""
+        for name in filter(self.has, scans):
+            key = (name, *where.items())
+            if key not in self._cuts:
+                self._cuts[key] = Cut.of(self._datasets[name], **where)
+            if len(self._cuts[key].belt_velocity):
+                self.dataset(name)
+                return _settled(self._cuts[key], name)
+        place = ", ".join(f"{_SYMBOLS[key]} = {value:g}" for key, value in where.items())
+        raise NotEnoughDataError(f"no runs with {place} in {' or '.join(scans)}")
 
     def values(self, scan: str, name: str) -> np.ndarray:
         """Distinct values of an array of a scan, e.g. the noise levels."""
@@ -215,23 +203,10 @@ class Evidence:
         """Laminar phases (L, 2) of a series after its transient: begin and end."""
         dataset = self.dataset(name)
         transient, duration = _lengths(dataset)
-        slips, sticks = last_block_events(dataset)
-        return intermittency.laminar_phases(
-            slips["time"], sticks["time"], self.laminar_time, start=transient, stop=duration
+        events, n_blocks = dataset.arrays["events"], dataset.attributes["n_blocks"]
+        return intermittency.last_block_phases(
+            events, n_blocks, self.laminar_time, start=transient, stop=duration
         )
-
-    def _cut(self, scan, **where) -> Cut:
-        key = (scan, *where.items())
-        if key not in self._cuts:
-            self._cuts[key] = Cut.of(self._datasets[scan], **where)
-        return self._cuts[key]
-
-
-def last_block_events(dataset):
-    """Slips and sticks of the last block of a series: two arrays of events in order of time."""
-    events = dataset.arrays["events"]
-    of_last = events[events["block"] == dataset.attributes["n_blocks"]]
-    return of_last[of_last["kind"] == "slip"], of_last[of_last["kind"] == "stick"]
 
 
 def _lengths(dataset):
@@ -239,16 +214,12 @@ def _lengths(dataset):
 
 
 def _settled(cut, name):
-    _require_settled(cut.transient, name)
-    return cut
-
-
-def _require_settled(transient, name):
     require(
-        transient >= SETTLED_TRANSIENT,
-        f"{name} discards a transient of {transient:g}; chaotic transients last longer, "
+        cut.transient >= SETTLED_TRANSIENT,
+        f"{name} discards a transient of {cut.transient:g}; chaotic transients last longer, "
         f"{SETTLED_TRANSIENT:g} is the least",
     )
+    return cut
 
 
 def by_point(arrays: dict[str, np.ndarray], *names: str) -> Iterator[tuple[dict, np.ndarray]]:

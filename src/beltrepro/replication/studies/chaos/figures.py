@@ -21,7 +21,7 @@ FIGURES = {
 # --- Not in the paper: where the motion is periodic, irregular for long, and irregular to the end -
 
 # Colour, hatching and words of each way to move, from the bottom of a cell to its top. The hues are
-# those of `motions.COLOURS`, darker or paler so that they differ in grey too.
+# those of Fig. 12, darker or paler so that they differ in grey too.
 _LOOKS = {
     motion.CHAOTIC: ("#7a2e00", "", "irregular, exponent above zero"),
     motion.TRANSIENT: (style.ORANGE, "/////", "irregular, exponent not above zero or not known"),

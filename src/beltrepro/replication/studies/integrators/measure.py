@@ -87,7 +87,6 @@ def summarise(judged: list[dict]) -> list[dict]:
                 "smallest_p": min((row["corrected_p"] for row in measured), default=np.nan),
                 "largest_distance": max((row["distance"] for row in measured), default=np.nan),
             }
-            | samples.overall(family)
             | {side: family[0][side] for side in ("tested", "reference")}
         )
     return rows

@@ -1,45 +1,13 @@
 """Numbers on the laws of force and friction in sampled runs, and on the order of the scheme."""
 
 from functools import partial
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
-import pandas as pd
 import scipy
 
 from beltrepro.base.errors import require
 from beltrepro.model import ChainParameters, spring
-from beltrepro.replication.plan import files
-from beltrepro.replication.plan.registry import Table
-from beltrepro.simulation.audit import audit as audit_run
 from beltrepro.stats.estimates import Estimate, bootstrap, mean, ratio
-
-TABLES = {
-    "audit": Table(uses=("u20", "u17", "friction_event", "n10_u28")),
-}
-
-
-def audit(data) -> pd.DataFrame:
-    """A row for each run."""
-    return pd.DataFrame([{"dataset": name} | _audited(data[name]) for name in TABLES["audit"].uses])
-
-
-def _audited(dataset) -> dict:
-    run: Any = SimpleNamespace(  # what an audit asks of a run
-        parameters=files.chain(dataset),
-        method=str(dataset.attributes["method"]),
-        time_step=float(dataset.attributes["time_step"]),
-        energy_residual=float(np.ravel(dataset.arrays["energy_residual"])[0]),
-        **{name: dataset.arrays[name] for name in ("time", "positions", "velocities", "friction")},
-    )
-    chain = run.parameters
-    how = {"method": run.method, "n_blocks": chain.n_blocks}
-    how |= {"belt_velocity": chain.belt_velocity, "noise": chain.noise}
-    return how | vars(audit_run(run))
-
-
-# --- friction -------------------------------------------------------------------------------------
 
 STRETCHES = 20  # of a series, which count as independent
 _STUCK = 1e-9

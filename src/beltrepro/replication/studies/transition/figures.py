@@ -4,11 +4,10 @@ import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.drawing import marks, panels, style
-from beltrepro.replication.drawing import motion_panels as motions
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.ledger import printed
-from beltrepro.stats import sections
+from beltrepro.stats import motion, sections
 
 FIGURES = {
     "fig11": Figure(uses=("u20",), number="11"),
@@ -109,9 +108,20 @@ def _last_stick(time, relative):
 
 # --- Fig. 12: the transition without noise --------------------------------------------------------
 
+N_BLOCKS = 5
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
+COLOURS = {
+    motion.PERIODIC: style.SKY,
+    motion.QUASI_PERIODIC: style.GREEN,
+    motion.EQUILIBRIUM: style.GREY,
+    motion.TRANSIENT: style.ORANGE,
+    motion.CHAOTIC: style.VERMILION,
+    motion.NOISE_DRIVEN: style.PURPLE,
+}
+LEAST_RANGE = (-0.0005, 0.002)  # of exponents on an axis
+_MARKERS = {motion.CHAOTIC: "o", motion.TRANSIENT: "^"}  # the rest, regular, are squares
 
 
 @panels.draws(FIGURES)
@@ -133,9 +143,9 @@ def fig12(data):
     panels.printed_range(disorder, *PRINTED, f"paper: {PRINTED[0]} to {PRINTED[1]}")
     _lifetimes(lifetimes, data)
     lifetimes.set_ylabel(r"$\tau$")
-    motions.exponents(bottom, data["motion_map"], 5)
+    _exponents(bottom, data["motion_map"])
     panels.legend_above(bottom)
-    bottom.set(xlabel=panels.BELT_VELOCITY, ylabel=motions.EXPONENT, xlim=(0, None))
+    bottom.set(xlabel=panels.BELT_VELOCITY, ylabel=r"$\lambda_1$", xlim=(0, None))
     figure.align_ylabels()
     return figure
 
@@ -226,9 +236,34 @@ def _means(maker):
     return np.array(rows).reshape(-1, 4).T
 
 
+def _exponents(axes, scan):
+    """Largest exponent of each run of five blocks against u, coloured by its motion."""
+    arrays = scan.arrays
+    of_size = arrays["n_blocks"] == N_BLOCKS
+    states = np.asarray(arrays["state"], dtype=str)
+    axes.axhline(0, color="0.5", linewidth=0.6, zorder=0)
+    for state, colour in COLOURS.items():
+        chosen = of_size & (states == state)
+        if chosen.any():
+            axes.errorbar(
+                arrays["belt_velocity"][chosen],
+                arrays["largest_exponent"][chosen],
+                arrays["standard_error"][chosen],
+                fmt=_MARKERS.get(state, "s"),
+                color=colour,
+                markersize=2.4,
+                markeredgewidth=0,
+                elinewidth=0.5,
+                label=state,
+            )
+    if not of_size.any():
+        panels.note(axes, f"no run with N = {N_BLOCKS}")
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(low, LEAST_RANGE[0]), max(high, LEAST_RANGE[1]))
+
+
 # --- Not in the paper as a figure: the critical velocity against noise and number of blocks -------
 
-N_BLOCKS = 5
 NOISES = (0.0, 1.0)  # shown in b
 LOOKS = {
     "n5_replicates": ("exact motion", style.BLUE, "o", 0.0),
