@@ -43,5 +43,7 @@ onerror:
     for path in dict.fromkeys(re.findall(r"^ +log: ([^,\s]+).* \(check log", said, re.M)):
         text = Path(path).read_text(encoding="utf-8") if Path(path).exists() else ""
         words = re.search(r" ERROR (.+)", text)
-        silent = f"the job of {path} was killed without a word, perhaps for want of memory"
+        silent = (
+            f"the job of {path} was stopped, or killed for want of memory: run the same again"
+        )
         print(f"error: {words[1] if words else silent}", file=sys.stderr)

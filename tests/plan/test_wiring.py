@@ -131,7 +131,7 @@ def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
     tree = ast.parse((WORKFLOW / "scripts" / f"{name}.py").read_text())
     bases = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
     read = {node.attr for node in bases if ast.unparse(node.value) in ("job.params", "params")}
-    whole = values - read - {"code", "commit", "title", "words"}  # of reruns and captions
+    whole = values - read - {"code", "shown"}  # of reruns
     assert whole == set(), "never read"
     assert read & {"spec", "expected", "settings", "code", "benchmarks"} <= values
 

@@ -1,13 +1,10 @@
 """The workflow: targets, reruns after a change of code, errors, and (slow) the smoke preset."""
 
 import ast
-import html
-import json
 import logging
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -22,7 +19,7 @@ import snakemake_calls
 from beltrepro.base import progress, store
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.cli import app as cli
-from beltrepro.replication.plan import lifecycle, manifest, registry, scripting
+from beltrepro.replication.plan import lock, manifest, registry, scripting
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import Plan, make_plan
 from beltrepro.replication.plan.points import columns
@@ -33,7 +30,6 @@ CONFIG = load_config(ROOT / "config.yaml")
 FIGURES = registry.figures()
 TABLES = registry.tables()
 OTHER_TARGETS = ("agreement", "claims", "report")
-RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
 
 
 def snakemake(tree: Path, *arguments: str, settings=("preset=smoke",)):
@@ -151,52 +147,6 @@ def test_lint_is_clean(tree):
     assert lint.returncode == 0, lint.stdout + lint.stderr
 
 
-def test_every_rule_that_runs_declares_what_it_needs():
-    needed = ("output", "log", "benchmark", "threads", "resources", "params", "message")
-    count = 0
-    for path in RULES:
-        for rule in re.split(r"^rule ", path.read_text(), flags=re.M)[1:]:
-            if "    script:" not in rule:
-                continue
-            count += 1
-            for directive in needed:
-                assert f"\n    {directive}:" in rule, (path.name, rule.splitlines()[0], directive)
-            assert "mem_mb=" in rule and "runtime=" in rule
-    assert count == 7
-
-
-def test_code_behind_a_batch_is_that_of_the_integrators_of_its_points(monkeypatch):
-    flow, tried = Workflow(CONFIG | {"preset": "paper"}), set()
-    monkeypatch.setattr(flow, "code", lambda *called, choices: (*called, choices))
-    for name, dataset in flow.plan.datasets.items():
-        for batch, points in dataset.batches.items():
-            methods = tuple(sorted({point.method for point in points}))
-            called = flow.code_of_batch(SimpleNamespace(dataset=name, batch=batch))
-            assert called == ("simulate.py", dataset.kind.record, methods)
-            tried.add(methods)
-    assert {("event",), ("verlet",)} <= tried
-
-
-@pytest.mark.slow
-def test_snakemake_report_holds_every_figure_with_its_words(finished):
-    done = snakemake(finished, "--report", "made.html")
-    assert done.returncode == 0, done.stderr
-    page = (finished / "made.html").read_text()
-    results, categories = (
-        json.loads(re.search(rf"var {name} = (\{{.*\}});\n", page)[1])
-        for name in ("results", "categories")
-    )
-    for name, entry in FIGURES.items():
-        shown = results[f"results/smoke/figures/{name}.png"]
-        assert shown["labels"] == {"figure": name, "title": entry.title}
-        paragraphs = re.findall(r"<p>(.*?)</p>", html.unescape(shown["caption"]), re.S)
-        assert [" ".join(words.split()) for words in paragraphs] == [entry.title, entry.words]
-        assert f"results/smoke/figures/{name}.png" in categories[entry.category]["Other"]
-    assert categories["Claims"]["Other"] == ["results/smoke/claims.csv"]
-    assert categories["Report"]["Other"] == ["results/smoke/report.html"]
-    assert len(results) == len(FIGURES) + 2
-
-
 # --- reruns: which code is behind which job is told by test_dependencies ---
 
 
@@ -235,45 +185,26 @@ def test_an_edited_kernel_reruns_the_batches_by_it(finished):
     assert simulated(dry_run) == by_event | settling
 
 
-TABLE = "critical_velocities"
-HOUSEKEEPING = (
-    *("cli/app.py:main", "base/store.py:read", "base/atomic.py:replacing"),
-    *("base/provenance.py:origin", "simulation/run_file.py:load_run"),
-    *("replication/plan/lifecycle.py:begin", "replication/plan/plan.py:make_plan"),
-    *("replication/plan/config.py:checked", "replication/plan/kinds.py:attributes"),
-)
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("places", "rules", "figures"),
+    ("place", "rules", "figures"),
     [
         (
-            [
-                "replication/studies/transition/figures.py:fig12",
-                f"replication/studies/transition/measure.py:{TABLE}",
-                "replication/studies/every_claim.py:measure",
-            ],
-            {"derive", "draw", "claims", "report"},
-            {name for name, figure in FIGURES.items() if TABLE in figure.uses} | {"fig12"},
+            "replication/studies/transition/figures.py:fig12",
+            {"draw", "report"},
+            {"fig11", "fig12", "critical_velocity"},
         ),
         (
-            ["replication/camera/camera.py:film"],
+            "replication/camera/camera.py:film",
             {"film", "derive", "draw", "claims", "report"},
             {"fig02", "fig03", "fig04", "fig05"},
         ),
-        (
-            ["claims.py:claims", "replication/camera/track.py:track"],
-            {"film", "derive", "draw", "claims", "report"},
-            {"fig02", "fig03", "fig04", "fig05"},
-        ),
-        (["join.py:join"], {"join", "film", "derive", "draw", "claims", "report"}, None),
-        (["figure.py:main"], {"draw", "report"}, {*FIGURES}),
-        (HOUSEKEEPING, {"film", "derive", "draw", "claims", "report"}, None),
+        ("join.py:join", {"join", "film", "derive", "draw", "claims", "report"}, None),
+        ("figure.py:main", {"draw", "report"}, {*FIGURES}),
     ],
 )
-def test_an_edit_reruns_what_uses_it_and_no_simulation(finished, places, rules, figures):
-    dry_run = after_editing(finished, *places)
+def test_an_edit_reruns_what_uses_it_and_no_simulation(finished, place, rules, figures):
+    dry_run = after_editing(finished, place)
     assert set(jobs(dry_run)) - {"all"} == rules
     assert figures is None or drawn(dry_run) == figures
 
@@ -315,7 +246,7 @@ def test_what_is_deleted_by_hand_is_made_again(finished, name, rule):
 def test_a_second_run_is_refused_in_one_line(tree):
     target = "results/held/datasets/u20.h5"
     settings = ["preset=smoke", "run=held"]
-    lifecycle.begin(tree / "results" / "held")
+    lock.take(tree / "results" / "held")
     done = snakemake(tree, "--cores", "1", target, settings=settings)
     assert done.returncode == 1
     errors = [line for line in done.stderr.splitlines() if "rror" in line]
@@ -337,58 +268,41 @@ MISSPELT = 'presets={"smoke": {"datasets": {"n5_u7": {"also": {"belt_velosity": 
 
 
 def wrong_calls():
-    """Which values are bad, and what is said of each: test_config, test_snakemake_call."""
+    """Which values of settings are bad, and what is said of each: test_config."""
     smoke = "preset=smoke"
     yield pytest.param([], [smoke, NEGATIVE], "must be greater than 0")
     for case in (
         ([], [smoke, MISSPELT], "did you mean 'belt_velocity'?"),
         (["fig2"], [smoke], "did you mean 'fig22'?"),
-        (["results/smoke/batches/u1/9999.h5"], [smoke], "u1/9999.h5': allowed are files"),
-        (["--forcerun", "simulat"], [smoke], "did you mean 'simulate'?"),
-        ([], [smoke, "fig12"], "targets stand before --config"),
-        (["--profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
-        (["--workflow-profile", "profiles/slurm"], ["fig12"], "targets stand before --config"),
-        ([], ["model.friction_ratio=0.6"], """--config 'model={"friction_ratio": 0.6}'"""),
+        (["results/smoke/figures/fig99.png"], [smoke], "fig99.png': allowed are files"),
+        ([], ["preset=smok"], "did you mean 'smoke'?"),
+        (["--configfile", "twice.yaml"], [smoke], "twice.yaml, line 2: the key 'seed' is given"),
     ):
         yield pytest.param(*case, marks=pytest.mark.thorough)
 
 
 @pytest.mark.parametrize(("arguments", "settings", "words"), list(wrong_calls()))
 def test_a_wrong_call_is_one_line(tree, arguments, settings, words):
+    (tree / "twice.yaml").write_text("seed: 1\nseed: 2\n")
     done = snakemake(tree, "--dry-run", *arguments, settings=settings)
-    lines = [line for line in done.stderr.splitlines() if "profile" not in line]
+    lines = [line for line in done.stderr.splitlines() if not line.startswith(("Using", "Config"))]
     assert done.returncode == 1
     assert len(lines) == 1 and lines[0].startswith("error: ") and words in lines[0], done.stderr
     assert "Traceback" not in done.stdout + done.stderr
 
 
-def heeds_ctrl_c():
-    """As in a terminal: a process in the background of a shell would ignore it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 @pytest.mark.thorough
-def test_ctrl_c_before_the_workflow_is_read_leaves_no_traceback(tree, tmp_path):
-    """Snakemake waits for a configuration: it has read nothing but the profile."""
-    (tmp_path / "sitecustomize.py").write_text(
-        "import time\n"
-        "from beltrepro.replication.plan import snakemake_call\n"
-        "snakemake_call.load_config = lambda path: (print('waits', flush=True), time.sleep(60))\n"
-    )
-    process = subprocess.Popen(
-        [sys.executable, "-m", "snakemake", "--dry-run"],
-        cwd=tree,
-        env=os.environ | {"PYTHONPATH": f"{tmp_path}:{tree / 'src'}"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=heeds_ctrl_c,
-    )
-    assert process.stdout.readline() == "waits\n"
-    process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=60)[1]
-    assert process.returncode == -signal.SIGINT
-    assert [line for line in said.splitlines() if "profile" not in line] == []
+def test_a_failed_job_is_one_line_and_once_more_at_the_end(tree):
+    """Its batch is a folder, which no file can replace."""
+    batch = tree / "results" / "failing" / "batches" / "u20" / "0000.h5"
+    (batch / "in").mkdir(parents=True)
+    target = "results/failing/datasets/u20.h5"
+    done = snakemake(tree, "--cores", "1", target, settings=["preset=smoke", "run=failing"])
+    errors = [line for line in done.stderr.splitlines() if line.lower().startswith("error")]
+    assert done.returncode == 1
+    assert [line.partition(": ")[0] for line in errors] == ["error in rule simulate", "error"]
+    assert errors[0].partition(": ")[2] == errors[1].partition(": ")[2]
+    assert "Traceback" not in done.stderr and "CalledProcessError" not in done.stderr
 
 
 @pytest.fixture

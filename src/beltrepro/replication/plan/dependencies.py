@@ -8,7 +8,7 @@ import ast
 import functools
 import hashlib
 import re
-from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 import grimp
@@ -20,6 +20,7 @@ INTEGRATORS = {
     "event": f"{PACKAGE}.engine.event_integrator",
     "verlet": f"{PACKAGE}.engine.verlet_integrators",
 }
+KINDS = f"{PACKAGE}.replication.plan.kinds"
 WORDS = "words.yaml"  # captions: only the report prints them, others are told theirs as parameters
 _NO_DATA = (".md", ".py", ".pyc", ".nbi", ".nbc")  # pages, sources, caches of Python and Numba
 
@@ -34,11 +35,10 @@ def code_hash(*functions: str, script: Path, method: str = "", words: bool = Fal
     graph = _graph(method)
     modules = {function.partition(":")[0] for function in functions}
     modules = modules.union(*map(graph.find_upstream_modules, modules))
-    digest = hashlib.sha256(_code(script).encode())
+    digest = hashlib.sha256(_content(script))
     for path in sorted({path for module in modules for path in _files(module)}):
         if path.name != WORDS or words:
-            content = _code(path).encode() if path.suffix == ".py" else path.read_bytes()
-            digest.update(f"{path.relative_to(ROOT)}\0{len(content)}\0".encode() + content)
+            digest.update(f"{path.relative_to(ROOT)}\0".encode() + _content(path))
     return digest.hexdigest()[:16]
 
 
@@ -46,37 +46,45 @@ def code_hash(*functions: str, script: Path, method: str = "", words: bool = Fal
 def _graph(method: str) -> grimp.ImportGraph:
     """Who imports whom; for a method, as if simulations knew only its integrator.
 
-    What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is.
+    What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is. A
+    job that simulates nothing uses of the kinds of datasets only what their files hold.
     """
     graph = grimp.build_graph(PACKAGE, cache_dir=None, exclude_type_checking_imports=True)
-    for integrator in [one for name, one in INTEGRATORS.items() if method not in ("", name)]:
-        for importer in graph.find_modules_that_directly_import(integrator):
-            if importer.startswith(f"{PACKAGE}.simulation."):
-                graph.remove_import(importer=importer, imported=integrator)
+    simulation = {one for one in graph.modules if one.startswith(f"{PACKAGE}.simulation")}
+    others = {module for name, module in INTEGRATORS.items() if name != method}
+    cut = product(simulation, others) if method else product([KINDS], simulation)
+    for importer, imported in cut:
+        if graph.direct_import_exists(importer=importer, imported=imported):
+            graph.remove_import(importer=importer, imported=imported)
     return graph
 
 
-def _files(module: str) -> Iterator[Path]:
+@functools.cache
+def _files(module: str) -> list[Path]:
     """A module, and the data of its package and of packages that it names, if it reads files."""
     place = ROOT.parent.joinpath(*module.split("."))
     path = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
-    yield path
-    if re.search(r"\b(__file__|resources)\b", _code(path)):
-        named = re.findall(rf"'({PACKAGE}[.\w]+)'", _code(path))
-        for folder in (path.parent, *(ROOT.parent.joinpath(*name.split(".")) for name in named)):
-            for data in folder.rglob("*"):
-                is_hidden = re.search(r"/(\.|__)", f"/{data.relative_to(folder).as_posix()}")
-                if data.is_file() and not is_hidden and data.suffix not in _NO_DATA:
-                    yield data
+    code, folders = _content(path).decode(), set()
+    if re.search(r"\b(__file__|resources)\b", code):
+        named = re.findall(rf"'({PACKAGE}[.\w]+)'", code)
+        folders = {path.parent, *(ROOT.parent.joinpath(*name.split(".")) for name in named)}
+    return [path, *(data for folder in folders for data in folder.rglob("*.*") if _is_data(data))]
+
+
+def _is_data(path: Path) -> bool:
+    is_hidden = any(part.startswith((".", "__")) for part in path.relative_to(ROOT).parts)
+    return path.is_file() and not is_hidden and path.suffix not in _NO_DATA
 
 
 @functools.cache
-def _code(path: Path) -> str:
-    """The text of a file of Python without what changes no result."""
+def _content(path: Path) -> bytes:
+    """What a file holds, of Python without what changes no result."""
+    if path.suffix != ".py":
+        return path.read_bytes()
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             match node.body:
                 case [ast.Expr(value=ast.Constant(value=str())), *rest]:
                     node.body = rest or [ast.Pass()]
-    return ast.unparse(tree)
+    return ast.unparse(tree).encode()

@@ -237,10 +237,10 @@ KINDS = {
         Kind(
             "motion",
             ("duration", "transient", "noise_clock"),
-            "beltrepro.chaos:classify",
+            "beltrepro.chaos.naming:classify",
             (_transient, _tangent),
         ),
-        Kind("settling", ("duration", "closed"), "beltrepro.chaos:time_to_orbit"),
+        Kind("settling", ("duration", "closed"), "beltrepro.chaos.irregular:time_to_orbit"),
         Kind(
             "trial",
             ("duration", "transient", "sample_interval", "laminar_time"),

@@ -30,7 +30,7 @@ class Table:
     """What a table says of itself."""
 
     uses: tuple[str, ...]  # names of the datasets and tables that it is made from
-    title: str  # one sentence
+    title: str = ""  # one sentence
     module: str = field(default="", compare=False)  # dotted name
     # what single columns are, with their unit; quantities of a point explain themselves
     columns: dict[str, str] = field(default_factory=dict, hash=False)

@@ -21,7 +21,8 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     An error is one line on stderr, and its first line in the log has " ERROR "; unless a user can
     act on it, a traceback follows there.
     """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C reaches jobs, too: without a traceback
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends jobs, too: without a traceback
     lock.end_with_run()
     progress.quiet_terminal()
     log = Path(snakemake.log[0])
