@@ -31,7 +31,7 @@ PAUSE = 0.2  # seconds between two looks
 SEAL = 32  # bytes of a SHA-256
 COMPILING = (
     "compiling for this processor, once: up to 20 s for each kind of run "
-    "(`beltrepro cache` compiles all kinds beforehand)"
+    "(`python -m beltrepro.extras.cache` compiles all kinds beforehand)"
 )
 
 NOT_KEPT = "machine code of kernels cannot be kept in {}: {}; every process compiles anew"
