@@ -139,7 +139,7 @@ def test_readme_has_the_numbers_of_the_published_run():
         patch.chdir(ROOT)
         if "replicated" in (publishing.PLACE / "paper" / "claims.csv").read_text().split("\n")[0]:
             block = publishing.block(publishing.PLACE)
-            assert written == block, "`beltrepro publish` writes it"
+            assert written == block, "`make publish` writes it"
 
 
 def place(claim):

@@ -20,7 +20,7 @@ from numba.core.serialize import dumps
 SEAL = 32  # bytes of a SHA-256
 COMPILING = (
     "compiling for this processor, once: up to 20 s for each kind of run "
-    "(`beltrepro cache` compiles all kinds beforehand)"
+    "(`python -m beltrepro.extras.cache` compiles all kinds beforehand)"
 )
 NOT_KEPT = "machine code of kernels cannot be kept in {}: {}; every process compiles anew"
 

@@ -14,7 +14,7 @@ from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.observe.crossings import CrossingLog
 from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
-from beltrepro.simulation.groups import Report, in_groups, integrator_of, observe
+from beltrepro.simulation.groups import Report, in_groups, integrator_of
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.setup import (
     Case,
@@ -119,13 +119,12 @@ def catalogue(
     block = None if section_block is None else _section_block(section_block, cases)
     sections = section_positions(section_position, cases, block)
     tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
-    loading = LoadingWatch(cases)
-    lengths = {"duration": duration, "transient": transient}
-    record = partial(_record, sections, block, lengths, loading)
+    loading = LoadingWatch(cases, duration, transient)
+    record = partial(_record, sections, block, transient, loading)
     for _, recorded in in_groups(cases, record, progress, workers=made.workers):
         for name, parts in tables.items():
             parts += recorded[name]
-    loading.warn(**lengths)
+    loading.warn()
     width = max(case.parameters.n_blocks for case in cases)
     dtypes = {"slips": SLIP, "avalanches": AVALANCHE, "section": _section_dtype(width)}
     return Catalogue({name: _joined(tables[name], dtype) for name, dtype in dtypes.items()})
@@ -146,7 +145,7 @@ def _section_block(value: Any, cases: Sequence[Case]) -> int:
 def _record(
     sections: np.ndarray,
     block: int | None,
-    lengths: dict[str, float],
+    transient: float,
     loading: LoadingWatch,
     group: np.ndarray,
     members: list[Case],
@@ -155,12 +154,10 @@ def _record(
     """Slips, avalanches and section points of a group with these numbers: tables of each chain."""
     chain = members[0].parameters
     integrator = integrator_of(members, section=Section(block or chain.n_blocks, sections[group]))
-    start = members[0].state.time + lengths["transient"]
+    start = members[0].state.time + transient
     events = EventLog(len(members), chain.rest_positions)
     crossings = CrossingLog(start)
-    histories = loading.history(members, **lengths)
-    observe(integrator, lengths["duration"], [events, crossings, *histories], report)
-    loading.judge(group, histories)
+    loading.observe(group, integrator, [events, crossings], report)
     rows = crossings.rows(chain.n_blocks)
     law = law_constants(chain)
     tables = []

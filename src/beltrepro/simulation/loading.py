@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.engine.integrator import Integrator
 from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
+from beltrepro.simulation.groups import Report, observe
 from beltrepro.simulation.setup import Case, caller
 
 _MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
@@ -20,23 +22,21 @@ _AMPLE = 1.25  # what should be left out, over what is seen to be loading
 class LoadingWatch:
     """Whether the measured parts of P runs begin while the chains still load."""
 
-    def __init__(self, cases: Sequence[Case]) -> None:
-        self._cases = cases
+    def __init__(self, cases: Sequence[Case], duration: float, transient: float) -> None:
+        self._cases, self._duration, self._transient = cases, duration, transient
         # of the runs in which it matters: how long it lasts, r, and r without it
         self._loading: dict[int, tuple[float, float, float]] = {}
 
-    def history(
-        self, members: Sequence[Case], duration: float, transient: float
-    ) -> list[LengthHistory]:
-        """An observer of a group of runs, for `judge`; none if the transient is surely enough."""
-        if transient >= _SURELY * max(map(_loading_time, members)):
-            return []
-        start = members[0].state.time
-        return [LengthHistory(len(members), start + transient, start + duration)]
-
-    def judge(self, group: np.ndarray, histories: list[LengthHistory]) -> None:
-        """Note which runs of a group begin with loading."""
-        rest = self._cases[group[0]].parameters.rest_positions[-1]
+    def observe(
+        self, group: np.ndarray, integrator: Integrator, observers: Sequence, report: Report
+    ) -> None:
+        """Advance a group of runs, show it to the observers, and note which begin with loading."""
+        members = [self._cases[number] for number in group]
+        start, rest = members[0].state.time, members[0].parameters.rest_positions[-1]
+        ends = start + self._transient, start + self._duration
+        surely_over = self._transient >= _SURELY * max(map(_loading_time, members))
+        histories = [] if surely_over else [LengthHistory(len(members), *ends)]
+        observe(integrator, self._duration, [*observers, *histories], report)
         for history in histories:
             if history.count.any():
                 length, matters, *parts = beginning(history)
@@ -44,12 +44,12 @@ class LoadingWatch:
                 for lane in np.flatnonzero(matters):
                     self._loading[int(group[lane])] = length[lane], whole[lane], later[lane]
 
-    def warn(self, duration: float, transient: float) -> None:
+    def warn(self) -> None:
         """Warn if runs are measured while their chains load, and say how long that takes."""
         needed = {
-            number: self._needed(number, transient)
+            number: self._needed(number)
             for number in sorted(self._loading)
-            if self._may_load(number, duration, transient)
+            if self._may_load(number)
         }
         if not needed:
             return
@@ -57,26 +57,27 @@ class LoadingWatch:
         length, disorder, later = self._loading[number]
         many = "" if len(self._cases) == 1 else f"{len(needed)} of {len(self._cases)} chains: "
         without = f", {later:.3g} without the first of it" if math.isfinite(length) else ""
-        longer = "" if needed[number] < duration / 2 else " and a duration well beyond it"
+        longer = "" if needed[number] < self._duration / 2 else " and a duration well beyond it"
         warnings.warn(
             f"{many}loading is measured too ({self._cases[number].parameters.describe()}: "
             f"r = {disorder:.3g}{without}); transient={needed[number]:g}{longer} leaves it out",
             stacklevel=caller(),
         )
 
-    def _needed(self, number: int, transient: float) -> float:
+    def _needed(self, number: int) -> float:
         """A transient that leaves the loading of a run out, of two digits."""
         length = self._loading[number][0]
-        seen = transient + length if math.isfinite(length) else 0.0
+        seen = self._transient + length if math.isfinite(length) else 0.0
         time = _AMPLE * max(_loading_time(self._cases[number]), seen)
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
         return math.ceil(time / step) * step
 
-    def _may_load(self, number: int, duration: float, transient: float) -> bool:
+    def _may_load(self, number: int) -> bool:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
         case = self._cases[number]
         slowest = 4 * case.parameters.n_blocks + 2  # period, less than 2 pi / (pi / (2N + 1))
-        return duration - transient >= _PERIODS * slowest or transient < _loading_time(case)
+        measured = self._duration - self._transient
+        return measured >= _PERIODS * slowest or self._transient < _loading_time(case)
 
 
 def _loading_time(case: Case) -> float:

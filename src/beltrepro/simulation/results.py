@@ -50,6 +50,9 @@ class Results(dict[str, np.ndarray]):
             raise IndexError(f"chain {name} of {chains}")  # it ends a loop over the chains
         return {word: array[name] for word, array in self.items() if array.shape[:1] == (chains,)}
 
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(names.left(name) or f"Results has no attribute {name!r}")
+
     @property
     def axes(self) -> list[str]:
         """Names of the quantities of a chain that have more than one value, with the replicate."""

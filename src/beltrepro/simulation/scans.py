@@ -86,13 +86,14 @@ def scan(
     if section_values > MOST_VALUES:
         raise InputError(f"section_values = {section_values}: must be at most {MOST_VALUES}")
     laminar_time = checks.not_negative("laminar_time", laminar_time)
-    settings: dict[str, Any] = {"duration": duration, "transient": transient}
-    settings |= {"section_values": section_values, "laminar_time": laminar_time}
-    sections, loading = section_positions(section_position, made.cases), LoadingWatch(made.cases)
+    how: dict[str, Any] = {"transient": transient, "section_values": section_values}
+    how |= {"laminar_time": laminar_time}
+    sections = section_positions(section_position, made.cases)
+    loading = LoadingWatch(made.cases, duration, transient)
     columns = max(SLIP_COLUMNS, *(case.parameters.n_blocks for case in made.cases))
-    measure = partial(_scanned, sections, loading, columns, **settings)
-    results = gathered("scan", made, measure, progress, **settings)
-    loading.warn(duration, transient)
+    measure = partial(_scanned, sections, loading, columns, **how)
+    results = gathered("scan", made, measure, progress, duration=duration, **how)
+    loading.warn()
     return results
 
 
@@ -104,7 +105,6 @@ def _scanned(
     members: list[Case],
     report: Report,
     *,
-    duration: float,
     transient: float,
     section_values: int,
     laminar_time: float,
@@ -119,9 +119,7 @@ def _scanned(
     section = SectionValues(belt_velocities, section_values, start)
     slips = SlipActivity(width, chain.n_blocks, start, laminar_time, slipping_since(members))
     forward = ForwardSlip(begin)
-    histories = loading.history(members, duration, transient)
-    observe(integrator, duration, [moments, section, slips, forward, *histories], report)
-    loading.judge(group, histories)
+    loading.observe(group, integrator, [moments, section, slips, forward], report)
     end = integrator.state()
     counts = np.zeros((width, slip_columns), dtype=np.int64)
     counts[:, : chain.n_blocks] = slips.slip_count

@@ -18,7 +18,7 @@ from beltrepro.engine.records import (
 )
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation.groups import Report, in_groups, integrator_of, observe
+from beltrepro.simulation.groups import Report, in_groups, integrator_of
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import (
@@ -98,10 +98,10 @@ def simulate(
     samples = checked(sample_interval, sample_start, duration, made.cases)
     if samples["sample_interval"] is not None:
         check_memory(made.cases, duration, **samples)
-    loading = LoadingWatch(made.cases)
+    loading = LoadingWatch(made.cases, **lengths)
     work = partial(_follow, lengths, samples, loading)
     followed = in_groups(made.cases, work, progress, workers=made.workers)
-    loading.warn(**lengths)
+    loading.warn()
     runs = {
         index: run for group, several in followed for index, run in zip(group, several, strict=True)
     }
@@ -128,14 +128,12 @@ def _follow(
     integrator = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
     moments = LengthMoments(len(members), start + lengths["transient"])
     events = EventLog(len(members), rest)
-    histories = loading.history(members, **lengths)
-    observers = [moments, events, *histories]
+    observers: list[Any] = [moments, events]
     if keeps_samples:
         begin, end = start + samples["sample_start"], start + lengths["duration"]
         log = SampleLog(members, sampling, every, begin, end)
         observers.append(log)
-    observe(integrator, lengths["duration"], observers, report)
-    loading.judge(group, histories)
+    loading.observe(group, integrator, observers, report)
     measured = sampling, start + lengths["transient"], integrator.time
     length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
     runs = []
