@@ -316,11 +316,11 @@ def test_several_periods_are_refused(two):
 def test_what_happens_where_a_multiplier_leaves_the_circle(multipliers, kind, says):
     word = [Symbol(0.0, 1, "-"), Symbol(1.0, 1, "|")]
     before, after = (
-        SimpleNamespace(orbit=SimpleNamespace(multipliers=np.array(values), trivial=0,
-                        parameters=ChainParameters(2, 6.0)), word=word)
+        SimpleNamespace(
+            value=6.0, orbit=SimpleNamespace(multipliers=np.array(values), trivial=0), word=word
+        )
         for values in (np.array(multipliers) * 0.99, multipliers)
-    )  # fmt: skip
-    course = continuation._Course("belt_velocity", 0.1, True, None)
-    special = continuation._happens(before, after, course)
+    )
+    special = continuation._happens(before, after)
     assert (special.parameter, special.kind, special.block) == (6.0, kind, 0)
     assert says in special.text

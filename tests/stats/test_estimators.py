@@ -1,11 +1,7 @@
 """Formulas, errors and edges of the estimators, against formulas of other form and plain loops."""
 
-import math
-
 import numpy as np
 import pytest
-from scipy import stats
-from scipy.spatial.distance import pdist
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.avalanches import measure as avalanches
@@ -91,28 +87,6 @@ def test_a_velocity_density_by_hand():
     assert measure.velocity_density(none, bins=2, range=(0, 2))[2].shape == (2, 0)
 
 
-# --- dimension ------------------------------------------------------------------------------------
-
-
-def test_the_correlation_integral_is_the_share_of_close_pairs():
-    points = RNG(5).random((700, 2))
-    points[3] = np.nan
-    fit = dimension.correlation_dimension(points, window=(1e-3, 1e-2))
-    distances = pdist(np.delete(points, 3, axis=0))
-    shares = [np.mean(distances <= radius) for radius in fit.radius]
-    np.testing.assert_allclose(fit.correlation, shares, rtol=1e-12)
-    assert (fit.low, fit.high) == (fit.radius[0], fit.radius[-1])
-    assert fit.n_points == 699 and fit.radius.size == 24
-    assert shares[0] == pytest.approx(1e-3, rel=0.1) and shares[-1] == pytest.approx(1e-2, rel=0.1)
-    line = stats.linregress(np.log(fit.radius), np.log(shares))
-    halves = [
-        np.polyfit(np.log(fit.radius[half]), np.log(np.array(shares)[half]), 1)[0]
-        for half in (slice(12), slice(12, None))
-    ]
-    assert fit.dimension == pytest.approx(line.slope)
-    assert fit.error == pytest.approx(math.hypot(line.stderr, (halves[1] - halves[0]) / 2))
-
-
 # --- intermittency --------------------------------------------------------------------------------
 
 
@@ -182,33 +156,13 @@ def test_rows_tell_noise_levels_and_order_replicates():
     assert kept["belt_velocity"].tolist() == [1, 2]
 
 
-def test_quantiles_means_and_errors_at_each_place():
-    rng = np.random.default_rng(1)
-    places = rng.permutation(np.repeat([3.0, -1.0, 7.5], [11, 2, 1]))
-    values = places**2 + rng.exponential(size=places.size)
-    summary = sections.spread(places, values, share=0.5)
-    np.testing.assert_array_equal(summary.place, [-1, 3, 7.5])
-    np.testing.assert_array_equal(summary.count, [2, 11, 1])
-    of_three = np.sort(values[places == 3])
-    assert (summary.low[1], summary.median[1], summary.high[1]) == pytest.approx(
-        ((of_three[2] + of_three[3]) / 2, of_three[5], (of_three[7] + of_three[8]) / 2)
-    )
-    assert summary.mean[1] == pytest.approx(of_three.sum() / 11)
-    scatter = np.sqrt(np.sum((of_three - summary.mean[1]) ** 2) / 10)
-    assert summary.error[1] == pytest.approx(scatter / np.sqrt(11))
-    assert summary.low[2] == summary.median[2] == summary.high[2] == values[places == 7.5]
-    assert np.isnan(summary.error[2])
-
-
-def test_unknown_values_and_places_without_any_are_left_out():
-    summary = sections.spread([1, 1, 2, 2], [np.nan, 4.0, np.nan, np.inf])
-    assert (summary.place.tolist(), summary.median.tolist(), summary.count.tolist()) == (
-        [1],
-        [4],
-        [1],
-    )
-    empty = sections.spread([], [])
-    assert empty.place.size == empty.low.size == empty.mean.size == empty.error.size == 0
+def test_replicates_at_each_place():
+    """What is no number, and places without any, are left out."""
+    places, values = [2.0, 1, 1, 1, 3, 2], [5.0, 1, np.nan, 4, np.inf, 5]
+    spread = sections.spread(places, values)
+    expected = [[1, 2], [1, 5], [2.5, 5], [4, 5], [2.5, 5]]
+    assert [column.tolist() for column in spread] == expected
+    assert [column.size for column in sections.spread([], [])] == [0] * 5
 
 
 # --- states ---------------------------------------------------------------------------------------

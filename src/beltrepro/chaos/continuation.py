@@ -223,7 +223,7 @@ def orbit_branch(
     tolerance = check_tolerance("tolerance", tolerance)
     check_progress(progress)
     course = _Course(quantity, largest, bool(unstable), tolerance)
-    begin = _Point.of(orbit, tolerance)
+    begin = _Point.of(orbit, course)
     if words.repeats(begin.word, orbit.period_time, _MULTIPLE) > 1:
         raise InputError(f"orbit = {orbit!r}: is several periods of a shorter one")
     report = progress or (lambda done: None)
@@ -249,27 +249,19 @@ class _Course(NamedTuple):
     unstable: bool
     tolerance: float | None
 
-    def chain(self, orbit: PeriodicOrbit, value: float) -> ChainParameters:
-        """The chain of the orbit with another value of the quantity."""
-        changes: dict[str, Any] = {self.quantity: value}
-        return replace(orbit.parameters, **changes)
-
-    def value(self, point: _Point) -> float:
-        """The quantity of an orbit."""
-        value: float = getattr(point.orbit.parameters, self.quantity)
-        return value
-
 
 class _Point(NamedTuple):
     """An orbit of a branch, with its word."""
 
+    value: float  # of the quantity
     orbit: PeriodicOrbit
     word: list[words.Symbol]
 
     @classmethod
-    def of(cls, orbit: PeriodicOrbit, tolerance: float | None) -> _Point:
-        run = follow(orbit.state, orbit.period_time, tolerance)
-        return cls(orbit, words.symbols(run.events))
+    def of(cls, orbit: PeriodicOrbit, course: _Course) -> _Point:
+        run = follow(orbit.state, orbit.period_time, course.tolerance)
+        value = getattr(orbit.parameters, course.quantity)
+        return cls(value, orbit, words.symbols(run.events))
 
     @property
     def outside(self) -> int:
@@ -293,7 +285,7 @@ def _walk(begin: _Point, edge: float, course: _Course) -> _Walk:
     """Follow an orbit until it ends, or to the edge of the range."""
     points, step, failed = [begin], course.step, False
     passed: list[SpecialPoint] = []
-    while (value := course.value(here := points[-1])) != edge:
+    while (value := (here := points[-1]).value) != edge:
         finest = _LOCATED * max(abs(value), abs(edge))
         left = edge - value
         ahead = edge if abs(left) <= step + finest else value + np.sign(left) * step
@@ -306,7 +298,7 @@ def _walk(begin: _Point, edge: float, course: _Course) -> _Walk:
         step, failed = step if failed else min(_GROWTH * step, course.step), False
         if here.changed(new):
             before, new = _located(here, new, finest, course)
-            special = _happens(before, new, course)
+            special = _happens(before, new)
             points += [before] if before is not here else []
             if before.outside != new.outside and not course.unstable:
                 return _Walk(points, passed, special)
@@ -320,7 +312,7 @@ def _next(here: _Point, value: float, course: _Course) -> _Point | None:
     try:
         start, period_time = _predicted(here, value, course)
         orbit = close_orbit(start, period_time, course.tolerance)
-        point = _Point.of(orbit, course.tolerance)
+        point = _Point.of(orbit, course)
     except (InputError, ModelStateError):  # it does not close, or blocks would meet
         return None
     before = here.orbit.period_time
@@ -336,13 +328,18 @@ def _next(here: _Point, value: float, course: _Course) -> _Point | None:
 
 def _predicted(here: _Point, value: float, course: _Course) -> tuple[ChainState, float]:
     """A state and the period of the orbit at another value, to first order."""
-    orbit, now = here.orbit, course.value(here)
-    begin = orbit.state.under(course.chain(orbit, value))
+    orbit = here.orbit
+
+    def under(value: float) -> ChainState:
+        changes: dict[str, Any] = {course.quantity: value}
+        return orbit.state.under(replace(orbit.parameters, **changes))
+
+    begin = under(value)
     # what is apart after a period, a small part of the way back or ahead, says how the orbit must
     # change; near an end its word may be another there
     for share in (-_PREDICTED, _PREDICTED):
         try:
-            nearby = orbit.state.under(course.chain(orbit, now + share * (value - now)))
+            nearby = under(here.value + share * (value - here.value))
         except InputError:  # no chain has such a value: the branch begins at a limit
             continue
         run = follow(nearby, orbit.period_time, course.tolerance)
@@ -355,17 +352,17 @@ def _predicted(here: _Point, value: float, course: _Course) -> tuple[ChainState,
 
 def _located(here: _Point, there: _Point, finest: float, course: _Course) -> tuple[_Point, _Point]:
     """Two orbits of a branch at most `finest` apart, between which something first happens."""
-    while abs(course.value(there) - course.value(here)) > finest:
-        middle = _next(here, (course.value(here) + course.value(there)) / 2, course)
+    while abs(there.value - here.value) > finest:
+        middle = _next(here, (here.value + there.value) / 2, course)
         if middle is None:
             break
         here, there = (here, middle) if here.changed(middle) else (middle, there)
     return here, there
 
 
-def _happens(here: _Point, there: _Point, course: _Course) -> SpecialPoint:
+def _happens(here: _Point, there: _Point) -> SpecialPoint:
     """What happens between two orbits side by side on a branch."""
-    value = course.value(here)
+    value = here.value
     before, after = words.sticks(here.word), words.sticks(there.word)
     block = next((block for block in before if before[block] != after[block]), 0)
     if block:
@@ -376,18 +373,15 @@ def _happens(here: _Point, there: _Point, course: _Course) -> SpecialPoint:
     others = np.delete(there.orbit.multipliers, there.orbit.trivial)
     crossing = others[np.argmin(np.abs(np.abs(others) - 1))]
     if abs(crossing.imag) > 1e-6:
-        return SpecialPoint(value, TORUS, 0, f"multipliers {_complex(crossing)} of modulus 1")
+        pair = f"{crossing.real:.3g} +- {abs(crossing.imag):.3g}i"
+        return SpecialPoint(value, TORUS, 0, f"multipliers {pair} of modulus 1")
     kind = FOLD if crossing.real > 0 else DOUBLING
     return SpecialPoint(value, kind, 0, f"a multiplier is {np.sign(crossing.real):.0f}")
 
 
-def _complex(number: complex) -> str:
-    return f"{number.real:.3g} +- {abs(number.imag):.3g}i"
-
-
 def _end(here: _Point, ahead: float, course: _Course) -> SpecialPoint:
     """Why an orbit does not go on a little ahead."""
-    value, orbit = course.value(here), here.orbit
+    value, orbit = here.value, here.orbit
     try:
         beyond = value + _BEYOND * (ahead - value)
         start, period_time = _predicted(here, beyond, course)

@@ -1,8 +1,6 @@
 """Correlation dimension of section points: a number for the "low-dimensional" of Fig. 10."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,17 +11,11 @@ from beltrepro.base.errors import require
 MINIMUM_POINTS = 500
 
 
-@dataclass(frozen=True)
-class DimensionFit:
-    """Correlation dimension with its error, and the window and curve that it was read from."""
+class Dimension(NamedTuple):
+    """Correlation dimension of a set of points."""
 
     dimension: float  # slope of log C against log R
-    error: float  # its error, see `correlation_dimension`
-    low: float  # smallest radius of the window, units of the coordinates
-    high: float  # largest radius of the window
-    n_points: int  # number of points used
-    radius: np.ndarray  # radii of the curve
-    correlation: np.ndarray  # correlation integral C at these radii
+    error: float  # of the slope, and half of what it changes from the lower radii to the upper
 
 
 def correlation_dimension(
@@ -33,7 +25,7 @@ def correlation_dimension(
     n_radii: int = 24,
     max_points: int = 20_000,
     minimum_pairs: int = 100,
-) -> DimensionFit:
+) -> Dimension:
     """Slope of log C(R) against log R (Grassberger and Procaccia 1983), by a k-d tree.
 
     C(R) is the share of pairs closer than R (Euclidean). It is read where it lies within `window`,
@@ -57,15 +49,7 @@ def correlation_dimension(
     half = n_radii // 2
     lower, _ = _slope(logs[0][:half], logs[1][:half])
     upper, _ = _slope(logs[0][half:], logs[1][half:])
-    return DimensionFit(
-        dimension=slope,
-        error=float(np.hypot(slope_error, (upper - lower) / 2)),
-        low=float(radius[0]),
-        high=float(radius[-1]),
-        n_points=len(points),
-        radius=radius,
-        correlation=share,
-    )
+    return Dimension(slope, float(np.hypot(slope_error, (upper - lower) / 2)))
 
 
 def _radii(points: np.ndarray, shares: tuple[float, float], n_samples: int = 400_000) -> np.ndarray:

@@ -1,8 +1,7 @@
 """Cuts through scans, and what the velocities at section crossings say (Figs. 12, 14 and 22)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +21,6 @@ MAXIMUM_PERIOD = 40
 NEAR = 0.005
 MINIMUM_CROSSINGS = 12
 
-SHARE = 0.8  # of the replicates that a band holds
 _SAME = 1e-9
 _PIECE = 1000  # states that are compared with each other at once
 
@@ -46,39 +44,24 @@ def select(points: Mapping[str, np.ndarray], chosen: np.ndarray) -> dict[str, np
     return {name: values[chosen] for name, values in points.items()}
 
 
-@dataclass(frozen=True)
-class Spread:
+class Spread(NamedTuple):
     """Replicates at each place along an axis."""
 
     place: np.ndarray  # distinct places, rising; unit of the axis
-    # quantile below which half of those lie that the band leaves out; unit of the values
-    low: np.ndarray
-    median: np.ndarray  # half of the values lie below
-    high: np.ndarray  # quantile above which the other half of those left out lies
-    mean: np.ndarray  # mean of the values
-    error: np.ndarray  # standard error of the mean; NaN of a single value
-    count: np.ndarray  # how many values there are
+    low: np.ndarray  # the least value
+    median: np.ndarray
+    high: np.ndarray  # the greatest
+    mean: np.ndarray
 
 
-def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike, *, share: float = SHARE) -> Spread:
-    """Quantiles and means over the replicates at each place."""
+def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
+    """What the replicates at each place have in common, and how far they spread."""
     abscissa, values = (np.asarray(array, dtype=float) for array in (abscissa, values))
     is_number = np.isfinite(values)
     places = np.unique(abscissa[is_number])
-    levels = (0.5 - share / 2, 0.5, 0.5 + share / 2)
     runs_at = [values[is_number & (abscissa == place)] for place in places]
-    low, median, high = np.reshape([np.quantile(runs, levels) for runs in runs_at], (-1, 3)).T
-    count = np.array([runs.size for runs in runs_at], dtype=int)
-    deviation = np.array([runs.std(ddof=1) if runs.size > 1 else np.nan for runs in runs_at])
-    return Spread(
-        place=places,
-        low=low,
-        median=median,
-        high=high,
-        mean=np.array([runs.mean() for runs in runs_at]),
-        error=deviation / np.sqrt(count),
-        count=count,
-    )
+    columns = ([of(runs) for runs in runs_at] for of in (np.min, np.median, np.max, np.mean))
+    return Spread(places, *(np.array(column, dtype=float) for column in columns))
 
 
 # --- velocities at the section -----------------------------------------------------------------

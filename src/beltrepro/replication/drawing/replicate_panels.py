@@ -16,7 +16,7 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
     apart : largest ratio of the values of one branch; infinite for what always has a mean, 0 for
     what never has.
     """
-    spread = sections.spread(abscissa, values, share=1.0)
+    spread = sections.spread(abscissa, values)
     if not spread.place.size:
         return
     look = style.line_style(index) | {"markersize": 2.6, "markeredgewidth": 0.3} | changes

@@ -328,7 +328,7 @@ def _shares(axes, scan):
         row = sections.rows(scan, n_blocks=5, noise=noise)
         share = row["belt_velocity"], row["laminar_fraction"]
         label = rf"$\sigma = {noise:g}$"
-        spread = sections.spread(*share, share=1.0)
+        spread = sections.spread(*share)
         # runs that keep to one of both motions have a mean, but no motion has it
         agree = np.all(spread.high - spread.low <= _ONE_MOTION)
         look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
