@@ -79,7 +79,7 @@ def test_the_study_of_the_guide_is_planned_and_drawn(tmp_path):
     page = ROOT / "CONTRIBUTING.md"
     (entry,), (question, figures) = blocks(page, "yaml"), blocks(page)
     assert len((entry + question + figures).splitlines()) <= 50
-    config = yaml.safe_load((ROOT / "config.yaml").read_text()) | {"preset": "smoke"}
+    config = yaml.safe_load((ROOT / "config.yaml").read_text()) | {"preset": "standard"}
     config["datasets"] |= yaml.safe_load(entry)
     assert len(make_plan(config).datasets["linear_limits"].points) == 3 * 9 * 4
     (tmp_path / "figures.py").write_text(figures, encoding="utf-8")
