@@ -33,7 +33,7 @@ def chain_of(record):
 def once_around(record, *, tangent=False):
     """Follow an orbit for its period: the chain, by how much it misses its start, tangent map.
 
-    In the coordinates of docs/exponents.md; the map (D, D) is None if not asked for.
+    In the coordinates of docs/chaos.md; the map (D, D) is None if not asked for.
     """
     chain = chain_of(record)
     begin, free = _numbers(chain), _free(chain)

@@ -115,7 +115,7 @@ def test_a_branch_scales_with_all_lengths(grazing):
 def test_period_doubling_is_where_deviations_stop_to_shrink(branch):
     assert branch.lower_end.kind == "period doubling"
     assert branch.largest_multiplier[0] == pytest.approx(-1, abs=1e-6)
-    assert 1.22 < branch.lower < 1.24  # the orbits of docs/tangent.md
+    assert 1.22 < branch.lower < 1.24  # the orbits of docs/chaos.md
     for offset, grows in ((0.02, False), (-0.02, True)):
         value = branch.lower + offset
         begin = branch.orbits[0].state.under(ChainParameters(2, value))

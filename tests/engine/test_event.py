@@ -374,7 +374,7 @@ def test_thresholds_are_drawn_once_for_each_stick(method, duration, least):
 
 
 def test_noise_sets_the_tolerance_where_it_is_more():
-    """docs/event.md: the larger of the tolerance and 0.01 sqrt(q), q = f_s^2 sigma^2 dt."""
+    """docs/integrators.md: the larger of the tolerance and 0.01 sqrt(q), q = f_s^2 sigma^2 dt."""
     chains = [ChainParameters(2, 5.0, noise, friction_ratio=0.3) for noise in (0.0, 1e-6, 2.0)]
     expected = [1e-10, 1e-10, 0.01 * 0.3 * 2.0 * np.sqrt(0.001)]
     group = integrator(EventIntegrator, at_rest(chains))._group

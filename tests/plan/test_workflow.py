@@ -425,7 +425,7 @@ def test_smoke_has_nothing_left_to_do(tree, smoke):
 
 @pytest.mark.slow
 def test_smoke_has_the_numbers_of_the_published_list(smoke, capsys):
-    """On a like machine the same bits; elsewhere within the bounds of docs/integrity.md."""
+    """On a like machine the same bits; elsewhere within the bounds of docs/workflow.md."""
     status = cli.main(["verify", str(smoke), "--list", str(ROOT / "docs/results/smoke.json")])
     assert status == 0, capsys.readouterr()
 

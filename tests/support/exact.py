@@ -8,7 +8,7 @@ is positive until its event:
 - the distance of a spring's deformation from the end of its branch, |dl| = dl_max ("kink").
 
 The first root of all of them is found by Bernstein subdivision. Deviations follow the linearised
-motion and jump at events as docs/tangent.md says.
+motion and jump at events as docs/exponents.md says.
 
 All numbers are integers, in units of 2^-BITS: a sum is exact, and a product is off by one unit.
 Positions are displacements y_i = x_i - 50 i in the laboratory frame; the wall is y_0 = 0. The

@@ -23,8 +23,14 @@ LEFT = {
     "Audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
     "audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
     "bench": "`make bench` measures the integrators",
+    "branch": "`beltrepro classify --lower --upper` follows an orbit",
+    "cache": "`make cache` compiles the integrators",
+    "close_orbit": "`periodic_orbit` from a state near it, or `orbit_branch` gives the orbit",
+    "finite_time": "means over stretches of `spectrum.growth` are the same",
     "kick": "nothing does the same",
+    "publish": "`make publish` does it",
     "separation": "`simulate` from two states that lie close to each other does the same",
+    "to_xarray": "`table().set_index(results.axes).to_xarray()` is the same",
 }
 
 

@@ -1,4 +1,4 @@
-"""Lyapunov exponents of chains, from the exact tangent dynamics (docs/tangent.md)."""
+"""Lyapunov exponents of chains, from the exact tangent dynamics (docs/exponents.md)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Periodic orbits as such: found by recurrence, closed by Newton's method, with their multipliers.
 
 A deviation from a state of the orbit is carried once around by the monodromy matrix, the tangent
-map over one period. Its 2N eigenvalues are the multipliers of the orbit (docs/tangent.md).
+map over one period. Its 2N eigenvalues are the multipliers of the orbit (docs/chaos.md).
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ def add(commands: Any) -> None:
         "check results of the workflow, and compare them with the published list",
         "Check that every dataset and table of a run is whole, and compare it with a list of "
         "checksums: bit by bit if the processor, its instructions and the libraries are those of "
-        "the list, otherwise within bounds (docs/integrity.md). Exit status 1 if anything is "
+        "the list, otherwise within bounds (docs/workflow.md). Exit status 1 if anything is "
         "wrong; each line of it has the command that repairs it.",
     )
     option = parser.add_argument

@@ -10,7 +10,7 @@ the others, and moves every chain to its first event or to the end of its step:
 - blocks meet where a spring has no length, which ends the run.
 
 A function that is zero at the start because its own event has just happened is divided by t. What
-is exact and what is approximate, see docs/event.md.
+is exact and what is approximate, see docs/integrators.md.
 
 Another computation can follow the chains: `Hooks` are functions that the kernel calls on the way,
 and `companion` is whatever they keep, a named tuple of arrays with the chains along the last axis.

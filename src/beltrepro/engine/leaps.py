@@ -15,7 +15,7 @@ the loop makes the series of eight chains, finds for how many whole steps no tur
 spring changes its branch, and goes there at once. Where a turn may be due the next step is taken
 literally. So is every step while a spring is too stiff; and, by a kernel of its own, every step of
 a chain with noise, of blocks that differ or with friction that depends on the velocity
-(docs/verlet.md).
+(docs/integrators.md).
 """
 
 import math

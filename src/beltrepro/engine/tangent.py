@@ -10,7 +10,7 @@ eta - (K / v_w) w^2. At an event dv jumps:
 - reversal: dv is multiplied by the ratio of the accelerations after and before.
 
 With noise all random numbers are given, as functions of the time since the last rest of the whole
-chain. docs/tangent.md derives all that.
+chain. docs/exponents.md derives all that.
 """
 
 from typing import NamedTuple

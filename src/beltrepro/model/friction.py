@@ -10,7 +10,7 @@ from beltrepro.base.checks import shown
 from beltrepro.model.parameters import ChainParameters
 
 # Largest noise of the force with which a slip begins, over its mean, for which the integrator
-# `event` is checked (docs/validity.md).
+# `event` is checked (docs/trust.md).
 START_NOISE = 0.3
 
 
@@ -72,7 +72,7 @@ def start_noise(parameters: ChainParameters) -> float:
 
 
 def noise_beyond_event(parameters: ChainParameters) -> str:
-    """What is wrong with the noise of a chain that "event" is to integrate (docs/validity.md)."""
+    """What is wrong with the noise of a chain that "event" is to integrate (docs/trust.md)."""
     if parameters.noise > 0 and math.isfinite(parameters.weakening_velocity):
         return (
             f"= {parameters.noise:g}: with weakening_velocity = {parameters.weakening_velocity:g} "

@@ -59,7 +59,7 @@ class ChainParameters:
     Attributes
     ----------
     n_blocks : int
-        Number of blocks N, 1 to a million; cost: docs/explanation/integrators.md.
+        Number of blocks N, 1 to a million; cost: docs/integrators.md.
     belt_velocity : float
         Velocity u of the belt, > 0.
     noise : float

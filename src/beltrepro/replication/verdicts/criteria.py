@@ -43,7 +43,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Criterion:
-    """What decides one of the two verdicts; README.md beside this file explains the fields."""
+    """What decides one of the two verdicts; docs/trust.md explains the fields."""
 
     allowed: dict[str, Any] = field(default_factory=dict, hash=False)
     lenient: dict[str, Any] = field(default_factory=dict, hash=False)

@@ -55,7 +55,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Claim:
-    """One entry of the ledger; the fields are explained in README.md beside this file."""
+    """One entry of the ledger; the fields are explained in docs/trust.md."""
 
     id: str
     section: str
