@@ -12,7 +12,6 @@ from PIL import Image
 import damages
 import made_up_results
 from beltrepro.base.errors import InputError
-from beltrepro.cli import app as cli
 from beltrepro.replication.plan import manifest
 from beltrepro.replication.report import findings, publishing
 from beltrepro.replication.report.claim_results import count, read
@@ -216,7 +215,7 @@ def test_a_sentence_that_does_not_hold_stops_the_paper_and_no_other_run(
 def test_the_command_writes_the_block(finished, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("README.md").write_text(f"before\n{publishing.BEGIN}\nOLD\n{publishing.END}\nafter\n")
-    assert cli.main(["publish", str(finished)]) == 0
+    publishing.main(str(finished))
     text = Path("README.md").read_text()
     assert text.startswith("before\n") and text.endswith(f"{publishing.END}\nafter\n")
     assert "OLD" not in text and publishing.block() in text

@@ -52,7 +52,7 @@ def test_every_public_type_of_result_is_here(returned):
 
 @pytest.mark.parametrize(
     "kind",
-    ["Audit", "Basins", "Catalogue", "LyapunovSpectrum", "Motion", "OrbitBranch", "PeriodicOrbit",
+    ["Basins", "Catalogue", "LyapunovSpectrum", "Motion", "OrbitBranch", "PeriodicOrbit",
      "Results", "Run"],
 )  # fmt: skip
 def test_a_result_has_a_table_a_line_and_its_parts_by_name(kind, returned):

@@ -182,10 +182,15 @@ def _files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
-if __name__ == "__main__":  # `make publish`
+def main(results: str) -> None:
+    """Publish a run and write its numbers into README.md: `make publish`."""
     try:
-        published = publish(Path(*sys.argv[1:]))
+        published = publish(Path(results))
         write_block(Path("README.md"))
     except InputError as error:
         sys.exit(f"error: {error}")
     print(f"{published}: {size(published) / 1e6:.1f} MB; README.md has its numbers")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
