@@ -22,7 +22,8 @@ class EventIntegrator(Integrator):
     """Chains integrated exactly between located events; parameters as for `Integrator`.
 
     time_step sets the strength of the noise. tolerance : force allowed in the last terms of the
-    series; with noise of intensity q it is noise_share sqrt(q) where that is more (docs/integrators.md).
+    series; with noise of intensity q it is noise_share sqrt(q) where that is more
+    (docs/integrators.md).
     """
 
     name = "event"

@@ -131,7 +131,8 @@ class Setup:
         dt, model time, at most 0.1; for "event" it only sets the strength of the noise.
     tolerance : float or None
         Only for "event": last terms of the series of a force allowed at the end of a step, unit of
-        force, 1e-16 to 1. None for the method's own, which is larger with noise (docs/integrators.md).
+        force, 1e-16 to 1. None for the method's own, which is larger with noise
+        (docs/integrators.md).
     seed, replicate : int or None
         Of 0 or greater; with the parameters they fix all random numbers. If not given, 1 and 0, or
         those of `initial_state`, whose random stream then goes on. A Grid has its own replicates.
@@ -142,8 +143,8 @@ class Setup:
         Standard deviation of normal deviates that are added to the initial positions of replicates
         other than 0, model length.
     initial_state : ChainState or None
-        Where to go on, for instance `final_state` of a run, see docs/integrators.md. Time goes on from
-        that of the state. The chain may have another belt velocity, noise or law than that of the
+        Where to go on, for instance `final_state` of a run (docs/integrators.md). Time goes
+        on from that of the state. The chain may have another belt velocity, noise or law than that of the
         state (`ChainState.under`), and another method may go on.
     workers : int or None
         Cores on which several chains are advanced at once; None for all that there are. No number
