@@ -3,7 +3,8 @@
 In every spring the tension is T = D (linear branch) or T = const + G with G' = c D' G (exponential
 branch of signed rate c), D the deformation. So the coefficients follow from each other
 (docs/integrators.md): k G_k = sum_{j=1..k} (c j D_j) G_{k-j}, and for a slipping block
-(k+1)(k+2) X_{k+2} = F_k + friction_k. Friction that depends on the velocity has the series of K w + eta s at the
+(k+1)(k+2) X_{k+2} = F_k + friction_k.
+Friction that depends on the velocity has the series of K w + eta s at the
 speed s over the belt, w = 1 / q, q = 1 + s / v_w: w_k = -w_0 sum_{j=1..k} q_j w_{k-j}.
 
 Positions are those in the frame of the belt, from the rest positions at the start of the step; the

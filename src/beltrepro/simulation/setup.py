@@ -144,7 +144,8 @@ class Setup:
         other than 0, model length.
     initial_state : ChainState or None
         Where to go on, for instance `final_state` of a run (docs/integrators.md). Time goes
-        on from that of the state. The chain may have another belt velocity, noise or law than that of the
+        on from that of the state.
+        The chain may have another belt velocity, noise or law than that of the
         state (`ChainState.under`), and another method may go on.
     workers : int or None
         Cores on which several chains are advanced at once; None for all that there are. No number
