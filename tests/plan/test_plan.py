@@ -202,7 +202,7 @@ def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
     assert planned("u20").settings["transient"] == 0
     changes = ("defaults.laminar_time", 150, "presets.standard.defaults.laminar_time", 170)
     assert planned("n5_map", *changes).settings["laminar_time"] == 170
-    assert planned("n5_map", *changes, preset="smoke").settings["laminar_time"] == 150
+    assert planned("n5_map", *changes, preset="paper").settings["laminar_time"] == 150
     over = (*changes, "presets.standard.datasets.n5_map.laminar_time", 190)
     assert planned("n5_map", *over).settings["laminar_time"] == 190
     as_text = planned("n5_rows", "presets.standard.defaults.duration", "2e6")
