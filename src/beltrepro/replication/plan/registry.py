@@ -127,8 +127,8 @@ def _entries(folder: Path, label: str, kind: type[E]) -> dict[str, E]:
             try:
                 for key, call in zip(table.keys, table.values, strict=True):
                     name = ast.literal_eval(key)
-                    told = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
-                    entry = kind(**words.get(name, {}) | told, module=module)
+                    fields = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
+                    entry = kind(**words.get(name, {}) | fields, module=module)
                     if name in entries:
                         raise ValueError(f"{name!r} is an entry of {entries[name].module} as well")
                     entries[name] = entry

@@ -181,8 +181,8 @@ def _draw_multiples(axes, recording, spectrum):
     with panels.shortage_on(axes, place=(0.3, 0.85)):
         seen = BAND_HZ[0], HIGHEST_HZ
         peaks = lines(values, recording.interval_s, band_hz=seen).peaks_hz
-        found = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
-        words = textwrap.wrap(found, _LETTERS)
+        peaks_listed = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
+        words = textwrap.wrap(peaks_listed, _LETTERS)
         peaks = peaks[peaks <= BAND_HZ[1]]  # those that are judged
         if peaks.size >= LEAST_PEAKS:
             best = spacing(peaks)

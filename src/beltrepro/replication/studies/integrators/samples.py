@@ -91,8 +91,8 @@ def _permutation_p(counts) -> float:
     draws = np.random.default_rng(0).multivariate_hypergeometric(
         columns, counts[0].sum(), size=PERMUTATIONS
     )
-    drawn, own = (np.sum((first - expected) ** 2 / variance, -1) for first in (draws, counts[0]))
-    return (1 + np.sum(drawn >= own * (1 - 1e-12))) / (1 + PERMUTATIONS)
+    drawn, seen = (np.sum((first - expected) ** 2 / variance, -1) for first in (draws, counts[0]))
+    return (1 + np.sum(drawn >= seen * (1 - 1e-12))) / (1 + PERMUTATIONS)
 
 
 def _distance(tested, reference) -> float:
