@@ -4,8 +4,8 @@ Each takes the name of a value and the value, and returns it as it is used.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Set
-from numbers import Integral, Real
+from collections.abc import Iterable, Mapping, Set
+from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -34,7 +34,7 @@ def is_sequence(value: Any) -> TypeGuard[Iterable]:
 
 def whole_number(name: str, value: Any) -> int:
     """The value as an int; InputError names it if it is not a whole number."""
-    if not (_is_real(value) and (isinstance(value, Integral) or value % 1 == 0)):
+    if not (_is_real(value) and value % 1 == 0):
         raise InputError(f"{name} = {shown(value)}: a whole number is needed")
     return int(value)
 
@@ -81,23 +81,11 @@ def not_negative(name: str, value: Any, most: float = math.inf) -> float:
 
 
 def key(name: str, value: Any) -> int:
-    """A whole number of 0 or greater: a seed, a replicate, a count."""
+    """A whole number of 0 or greater that a file can hold: a seed, a replicate, a count."""
     number = whole_number(name, value)
-    if number < 0:
-        raise InputError(f"{name} = {shown(value)}: a whole number of 0 or greater is needed")
-    if number >= 2**63:  # more than a file can hold
-        raise InputError(f"{name} = {shown(value)}: must be at most {2**63 - 1}")
+    if not 0 <= number < 2**63:
+        raise InputError(f"{name} = {shown(value)}: must be at least 0 and at most {2**63 - 1}")
     return number
-
-
-def several(name: str, value: Any, check: Callable[[str, Any], float]) -> np.ndarray:
-    """An array of at least one number, each of which passes the check."""
-    if not is_sequence(value):
-        raise InputError(f"{name} = {shown(value)}: a sequence of numbers is needed")
-    values = [check(name, number) for number in value]
-    if not values:
-        raise InputError(f"{name} is empty: at least one number is needed")
-    return np.array(values)
 
 
 def spaced(name: str, start: float, stop: float, step: float) -> tuple[float, ...]:
@@ -124,13 +112,10 @@ def series(name: str, value: Any) -> np.ndarray:
 def numbers(name: str, value: Any, count: int, *, rows: bool = False) -> np.ndarray:
     """An array of so many finite numbers, one for each block; if allowed, several rows of them."""
     array = _as_numbers(value)
-    if array is None:
-        raise InputError(f"{name} = {shown(value)}: {count} numbers are needed")
-    if array.shape[-1:] != (count,) or array.ndim > 1 + rows:
-        needed = f"{count} numbers are needed, one for each block"
-        raise InputError(f"{name} of shape {array.shape}: {needed}")
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{name} = {shown(array.tolist())}: finite numbers are needed")
+    fits = array is not None and array.shape[-1:] == (count,) and array.ndim <= 1 + rows
+    if array is None or not (fits and np.isfinite(array).all()):
+        needed = f"{count} numbers are needed, one for each block, all finite"
+        raise InputError(f"{name} = {shown(value)}: {needed}")
     return array
 
 
@@ -161,5 +146,4 @@ def _as_numbers(value: Any) -> np.ndarray | None:
         array = np.asarray(value)
     except ValueError:  # lists of different lengths
         return None
-    is_numeric = array.dtype.kind in "iuf" or array.size == 0
-    return array.astype(float) if is_numeric else None
+    return array.astype(float) if array.dtype.kind in "iuf" or array.size == 0 else None

@@ -65,49 +65,37 @@ def checked(called: F, also: Collection[str] = ()) -> F:
     signature = inspect.signature(called)
     parameters = [item for item in signature.parameters.values() if item.kind is not _KEYWORDS]
     accepted = [item.name for item in parameters if item.name not in ("self", "cls")] + [*also]
+    title = called.__qualname__.removesuffix(".__init__")
 
     @functools.wraps(called)
-    def _call(*args: Any, **kwargs: Any) -> Any:
-        if also and not kwargs.keys() <= set(accepted):
-            raise cast(InputError, _wrong(called, signature, accepted, args, kwargs))
+    def call(*args: Any, **kwargs: Any) -> Any:
+        for name in kwargs:
+            if name not in accepted:
+                meant = hint(name, accepted) or f": allowed are {', '.join(accepted)}"
+                raise InputError(left(name) or f"{title} has no argument {name!r}{meant}")
         try:
             return called(*args, **kwargs)
-        except TypeError:
-            if wrong := _wrong(called, signature, accepted, args, kwargs):
-                raise wrong from None
+        except TypeError:  # looked at only now: to bind takes as long as to make a chain
+            try:
+                signature.bind(*args, **kwargs)
+            except TypeError as error:
+                named = _to_be_named(parameters, args, kwargs)
+                needed = f"its arguments are {', '.join(accepted)}"
+                words = f"write {named}" if named else f"{error}: {needed}"
+                raise InputError(f"{title}: {words}") from None
             raise
 
-    return cast(F, _call)
+    return cast(F, call)
 
 
 _KEYWORDS = inspect.Parameter.VAR_KEYWORD
 
 
-def _wrong(
-    called: Callable, signature: inspect.Signature, accepted: list[str], args: tuple, kwargs: dict
-) -> InputError | None:
-    """What is wrong with the arguments of a call; None if they fit the signature."""
-    name = called.__qualname__.removesuffix(".__init__")
-    for unknown in kwargs:
-        if unknown not in accepted:
-            meant = hint(unknown, accepted) or f": allowed are {', '.join(accepted)}"
-            return InputError(left(unknown) or f"{name} has no argument {unknown!r}{meant}")
-    try:
-        signature.bind(*args, **kwargs)
-    except TypeError as error:
-        if named := _to_be_named(signature, args, kwargs):
-            return InputError(f"{name}: write {named}")
-        return InputError(f"{name}: {error}: its arguments are {', '.join(accepted)}")
-    return None
-
-
-def _to_be_named(signature: inspect.Signature, args: tuple, kwargs: dict) -> str:
+def _to_be_named(parameters: list[inspect.Parameter], args: tuple, kwargs: dict) -> str:
     """Values without a name as they would be written; empty if there are not too many of them."""
-    items = [item for item in signature.parameters.values() if item.name not in kwargs]
-    in_order = sum(item.kind is inspect.Parameter.POSITIONAL_OR_KEYWORD for item in items)
-    named = [item.name for item in items if item.kind is inspect.Parameter.KEYWORD_ONLY]
-    values = args[in_order:]
+    free = [item for item in parameters if item.name not in kwargs]
+    named = [item.name for item in free if item.kind is inspect.Parameter.KEYWORD_ONLY]
+    values = args[len(free) - len(named) :]
     if len(values) > len(named):
         return ""
-    pairs = zip(named, values, strict=False)
-    return ", ".join(f"{name}={shown(value)}" for name, value in pairs)
+    return ", ".join(f"{name}={shown(value)}" for name, value in zip(named, values, strict=False))

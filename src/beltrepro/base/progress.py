@@ -4,15 +4,9 @@ import logging
 import sys
 import time
 
+from tqdm import tqdm
+
 logger = logging.getLogger("beltrepro")
-
-_lines_only = False
-
-
-def quiet_terminal() -> None:
-    """Lines in the log from now on, also on a terminal: a job of the workflow has one."""
-    global _lines_only
-    _lines_only = True
 
 
 class Progress:
@@ -41,9 +35,7 @@ class Progress:
         self._start = self._last = time.monotonic()
         self._shown = 0.0
         self._bar = None
-        if bar if bar is not None else sys.stderr.isatty() and not _lines_only:
-            from tqdm import tqdm
-
+        if bar if bar is not None else sys.stderr.isatty() and not _has_log():
             self._bar = tqdm(total=100, desc=label, unit="%", bar_format=_BAR)
         else:
             self._line("started")
@@ -55,16 +47,14 @@ class Progress:
                 self._bar.close()
             return
         now = time.monotonic()
-        far_enough = fraction >= self._shown + self._every - 1e-9
-        due = far_enough and now >= self._last + self._pause
-        if due or fraction >= 1 > self._shown:
+        is_far = fraction >= self._shown + self._every - 1e-9  # ten steps of 0.05 are less than 0.5
+        if (is_far and now >= self._last + self._pause) or fraction >= 1 > self._shown:
             left = (now - self._start) * (1 - fraction) / fraction
-            self._line(f"{100 * fraction:.0f}% done, {_duration(left)} left")
+            self._line(f"{100 * fraction:.0f}% done, {tqdm.format_interval(left)} left")
             self._shown, self._last = fraction, now
 
     def _line(self, text: str) -> None:
-        """A line in the log, or on stderr where nobody keeps one."""
-        if logger.isEnabledFor(logging.INFO) and logger.hasHandlers():
+        if _has_log():
             logger.info("%s: %s", self._label, text)
         else:
             print(f"{self._label}: {text}", file=sys.stderr, flush=True)
@@ -73,11 +63,6 @@ class Progress:
 _BAR = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
 
 
-def _duration(seconds: float) -> str:
-    """Seconds as text of at most two units: "40 s", "3 min 20 s", "2 h 5 min"."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+def _has_log() -> bool:
+    """Whether somebody keeps a log, as each job of the workflow does."""
+    return logger.isEnabledFor(logging.INFO) and logger.hasHandlers()

@@ -22,12 +22,14 @@ def origin() -> dict[str, str]:
     return {"code_version": code_version(), **machine(), "units": "model units"}
 
 
+@functools.cache
 def machine() -> dict[str, str]:
     """What makes the same code give the same bits: libraries, processor, its instructions."""
+    libraries = {"python": platform.python_version()} | {name: version(name) for name in LIBRARIES}
     return {
-        "library_versions": json.dumps(library_versions()),
-        "processor": processor(),
-        "instructions": instructions(),
+        "library_versions": json.dumps(libraries),
+        "processor": _processor(),
+        "instructions": _instructions(),
     }
 
 
@@ -57,22 +59,14 @@ def commit(tree: Path) -> str:
     return node[1] if node else ""
 
 
-@functools.cache
-def library_versions() -> dict[str, str]:
-    """Versions of Python and of the libraries that numbers depend on."""
-    return {"python": platform.python_version()} | {name: version(name) for name in LIBRARIES}
-
-
-@functools.cache
-def processor() -> str:
+def _processor() -> str:
     """Name of the processor, as far as the system tells."""
     path = Path("/proc/cpuinfo")
     named = re.search(r"^model name.*?:(.*)$", path.read_text() if path.is_file() else "", re.M)
     return named[1].strip() if named else platform.processor() or platform.machine()
 
 
-@functools.cache
-def instructions() -> str:
+def _instructions() -> str:
     """Instructions for which kernels are compiled: LLVM's name of a processor, hash of features.
 
     The variables NUMBA_CPU_NAME and NUMBA_CPU_FEATURES stand over what the processor has.

@@ -2,12 +2,10 @@
 
 import threading
 from collections.abc import Callable, Iterable
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from typing import TypeVar
 
 T = TypeVar("T")
-
-_LOOK = 0.1  # seconds between two looks at how far all are
 
 
 class _Stopped(BaseException):
@@ -32,11 +30,11 @@ def in_threads(
             raise _Stopped
 
     with ThreadPoolExecutor(workers, "beltrepro") as pool:
+        futures = {int(number): pool.submit(made, int(number), look) for number in order}
         try:
-            futures = {int(number): pool.submit(made, int(number), look) for number in order}
             pending = set(futures.values())
             while pending:
-                done, pending = wait(pending, _LOOK, FIRST_COMPLETED)
+                done, pending = wait(pending, 0.1, FIRST_EXCEPTION)
                 for future in done:
                     future.result()
                 show()

@@ -79,12 +79,9 @@ def write(figure, path, title, sources=None) -> None:
     The origin is JSON: code, libraries and processor that drew it, and the datasets behind it.
     """
     kind = Path(path).suffix.lower()[1:]
-    version = provenance.code_version()
-    # Libraries that draw, and the processor: its rounding can move a pixel.
-    libraries = provenance.library_versions() | {"matplotlib": matplotlib.__version__}
-    drawn = {"code_version": version, "library_versions": libraries}
-    drawn |= {"processor": provenance.processor(), "sources": sources or {}}
-    made_by, words = f"beltrepro {version}", json.dumps(drawn)
+    # matplotlib draws, and the rounding of the processor can move a pixel
+    origin = provenance.origin() | {"matplotlib": matplotlib.__version__, "sources": sources or {}}
+    made_by, words = f"beltrepro {origin['code_version']}", json.dumps(origin)
     about = {
         "png": {"Author": made_by, "Description": words},
         "pdf": {"Author": made_by, "Keywords": words, "CreationDate": None},

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from beltrepro.base import progress
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.replication.plan import lock
 
@@ -24,7 +23,6 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends jobs, too: without a traceback
     lock.end_with_run()
-    progress.quiet_terminal()
     log = Path(snakemake.log[0])
     log.parent.mkdir(parents=True, exist_ok=True)
     logging.basicConfig(

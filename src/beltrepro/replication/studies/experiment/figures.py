@@ -42,7 +42,7 @@ def save(recording, path):
     """Draw a recording into a file; InputError for another ending than those of SUFFIXES."""
     if Path(path).suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a figure must end in {', '.join(SUFFIXES)}")
-    style.write(draw_recording(recording), path, Path(path).stem, "recording")
+    style.write(draw_recording(recording), path, Path(path).stem)
 
 
 @style.styled
