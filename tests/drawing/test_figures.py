@@ -35,7 +35,7 @@ def some(every):
 
 def written(figure, folder):
     paths = folder / "figure.png", folder / "figure.pdf"
-    style.save(figure, *paths)
+    style.save(figure, *paths, sources={})
     return paths
 
 

@@ -308,7 +308,6 @@ def test_a_failed_job_is_one_line_and_once_more_at_the_end(tree):
 def job(tmp_path):
     log = [str(tmp_path / "logs" / "job.log")]
     yield SimpleNamespace(log=log, output=[], rule="simulate", threads=1)
-    progress._lines_only = False
     logging.captureWarnings(False)
     logging.basicConfig(force=True)
 
@@ -346,8 +345,8 @@ def test_progress_of_a_job_goes_to_the_log(job):
     lines = Path(job.log[0]).read_text().splitlines()
     assert len(lines) == 12
     assert lines[0].endswith("five points: started")
-    assert re.search(r"five points: 50% done, 0 s left$", lines[5])
-    assert lines[-2].endswith("100% done, 0 s left") and lines[-1].endswith("done")
+    assert re.search(r"five points: 50% done, 00:00 left$", lines[5])
+    assert lines[-2].endswith("100% done, 00:00 left") and lines[-1].endswith("done")
 
 
 def test_progress_by_hand_is_a_bar(capsys):
@@ -355,13 +354,6 @@ def test_progress_by_hand_is_a_bar(capsys):
     shown(0.5)
     shown(1.0)
     assert "five points: 100%" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"), [(0, "0 s"), (59.6, "1 min 0 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")]
-)
-def test_time_left_in_words(seconds, text):
-    assert progress._duration(seconds) == text
 
 
 # --- the whole, slow ---
