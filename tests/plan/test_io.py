@@ -52,25 +52,6 @@ def test_a_file_says_what_it_holds_and_what_made_it(tmp_path):
     assert write(path, spec).attributes["digest"] != said["digest"]
 
 
-@pytest.mark.parametrize(
-    ("noise", "method", "words"),
-    [
-        (0, "event", "event"),
-        (0, ["event", "verlet"], "event, verlet"),
-        ([0, 1], ["event", "verlet"], "event, verlet"),
-        (
-            [0, 1],
-            {"without_noise": "verlet", "with_noise": "event"},
-            "verlet (sigma = 0), event (sigma > 0)",
-        ),
-    ],
-)
-def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, method, words):
-    made = plan(noise=noise, method=method)
-    io.write(tmp_path / "rows.h5", made.dataset_spec("rows"), columns(made.datasets["rows"].points))
-    assert store.read(tmp_path / "rows.h5").attributes["method"] == words
-
-
 def test_batches_are_joined_in_their_order(tmp_path):
     names = plan().datasets["rows"].batches
     parts = [write(tmp_path / f"{name}.h5", plan().batch_spec("rows", name)) for name in names]

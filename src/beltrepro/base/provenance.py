@@ -43,19 +43,24 @@ def of_all(parts: Iterable[dict]) -> dict[str, str]:
 def code_version() -> str:
     """Version of the package, with its commit where that is known, and "dirty" after changes."""
     number, tree = version(PACKAGE), ROOT.parents[1]  # this package is src/beltrepro of the tree
-    if not (node := commit(tree)):
-        return number
-    changed = _git(tree, "status", "--porcelain", "--untracked-files=no")
-    return f"{number}+g{node[:12]}{'.dirty' if changed else ''}"
+    commit = _commit_of_git(tree) if (tree / ".git").exists() else _commit_of_archive(tree)
+    return f"{number}+g{commit}" if commit else number
 
 
-def commit(tree: Path) -> str:
-    """The commit of a source tree, from git or from the file of an archive."""
-    if head := _git(tree, "rev-parse", "HEAD"):
-        return head
+def _commit_of_git(tree: Path) -> str:
+    """The commit that is checked out; empty if git is not there, or refuses."""
+    options = ["--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
+    command = ["git", "--no-optional-locks", "-C", str(tree), "describe", *options]
+    try:
+        return subprocess.run(command, capture_output=True, text=True).stdout.strip()
+    except OSError:
+        return ""
+
+
+def _commit_of_archive(tree: Path) -> str:
     path = tree / COMMIT_FILE
     text = path.read_text(encoding="utf-8") if path.is_file() else ""
-    node = re.search(r"^node: ([0-9a-f]{40})$", text, re.M)
+    node = re.search(r"^node: ([0-9a-f]{12})", text, re.M)
     return node[1] if node else ""
 
 
@@ -79,15 +84,3 @@ def _instructions() -> str:
         features = "" if name == "generic" else binding.get_host_cpu_features().flatten()
     digest = hashlib.sha256(features.encode()).hexdigest()[:8]
     return f"{name} {digest}, LLVM {'.'.join(map(str, binding.llvm_version_info))}"
-
-
-def _git(tree: Path, *arguments: str) -> str:
-    """Output of a git command on a source tree; empty if it is not a checkout of its own."""
-    if not (tree / ".git").exists():
-        return ""
-    command = ["git", "--no-optional-locks", "-C", str(tree), *arguments]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return ""
-    return done.stdout.strip()

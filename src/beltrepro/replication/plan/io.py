@@ -61,7 +61,7 @@ def write(
         "config": config,
         **(origin or provenance.origin()),
         **settings,
-        "method": _methods(arrays),
+        "method": ", ".join(np.unique(arrays["method"])),
         **single,
     }
     store.write(path, arrays, attributes, {name: described[name].attributes() for name in arrays})
@@ -116,17 +116,6 @@ def _joined(pieces: list[np.ndarray]) -> np.ndarray:
 def chain(dataset: Dataset) -> ChainParameters:
     """The chain of a dataset in which all points have the same one."""
     return ChainParameters(**{name: dataset.attributes[name] for name in CHAIN})
-
-
-def _methods(arrays: dict) -> str:
-    """The methods of the points in words."""
-    without, with_noise = (
-        ", ".join(np.unique(arrays["method"][chosen]))
-        for chosen in (arrays["noise"] == 0, arrays["noise"] > 0)
-    )
-    if not (without and with_noise) or without == with_noise:
-        return without or with_noise
-    return f"{without} (sigma = 0), {with_noise} (sigma > 0)"
 
 
 # --- tables ---
