@@ -16,11 +16,8 @@ def copied_by_docker():
     return {name for names, _ in lines for name in names.split()}
 
 
-def test_what_it_copies_exists():
+def test_it_copies_what_exists_and_all_that_the_environment_is_made_of():
     assert all((ROOT / name).exists() for name in copied_by_docker())
-
-
-def test_it_copies_all_that_the_environment_is_made_of():
     stamp = re.search(r"^\$\(STAMP\): (.+)$", (ROOT / "Makefile").read_text(), re.M)[1]
     needed = {"Makefile", "src", PROJECT["readme"], *PROJECT["license-files"], *stamp.split()}
     assert needed <= copied_by_docker()

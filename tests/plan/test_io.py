@@ -12,7 +12,7 @@ import small_plans
 from beltrepro.base import provenance, seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.drawing import style
-from beltrepro.replication.plan import io, kinds
+from beltrepro.replication.plan import io
 from beltrepro.replication.plan.points import columns, points_of
 
 ABOUT = {"title": "A table.", "columns": {"runs": "number of them"}}
@@ -25,8 +25,11 @@ def plan(**changes):
 
 
 def write(path, spec):
-    points = points_of(spec["points"])
-    io.write(path, spec, columns(points) | {"disorder_parameter": np.arange(len(points)) / 7})
+    points = columns(points_of(spec["points"]))
+    count, longest = len(points["n_blocks"]), max(points["n_blocks"])
+    recorded = {"disorder_parameter": np.arange(count) / 7}
+    recorded["slip_count"] = np.ones((count, longest), int)
+    io.write(path, spec, points | recorded)
     return store.read(path)
 
 
@@ -59,6 +62,8 @@ def test_batches_are_joined_in_their_order(tmp_path):
     assert whole["n_blocks"].tolist() == [2, 2, 5, 5, 7, 7, 9, 9]
     assert whole["belt_velocity"].tolist() == [10, 20] * 4
     np.testing.assert_array_equal(7 * whole["disorder_parameter"], [0, 1, 2, 0, 1, 2, 0, 1])
+    assert whole["slip_count"].dtype == int
+    assert whole["slip_count"].sum(axis=1).tolist() == [5] * 3 + [7] * 3 + [9] * 2
 
 
 def test_joining_counts_points_on_and_fills_up_smaller_chains():
@@ -79,19 +84,6 @@ def test_joining_counts_points_on_and_fills_up_smaller_chains():
     late.arrays["time"] += 1
     with pytest.raises(InputError, match="differ in time"):
         io.join([part(2, 1, 0), late], "series")
-
-
-@pytest.mark.filterwarnings("ignore:loading is measured")
-def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
-    made = plan(n_blocks=[3, 13], belt_velocity=6, points_per_job=1, duration=900, transient=340)
-    parts = []
-    for name in made.datasets["rows"].batches:
-        spec = made.batch_spec("rows", name)
-        arrays = kinds.record("scan", points_of(spec["points"]), spec["settings"])
-        parts.append(store.Dataset(arrays, {}))
-    slips = io.join(parts, "scan")["slip_count"]
-    assert slips.shape == (2, 13) and slips.dtype == parts[0].arrays["slip_count"].dtype
-    assert slips[0, :3].all() and not slips[0, 3:].any() and slips[1].all()
 
 
 # --- tables, and what jobs read ---

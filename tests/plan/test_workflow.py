@@ -198,7 +198,7 @@ def test_an_edited_kernel_reruns_the_batches_by_it(finished):
             {"film", "derive", "draw", "claims", "report"},
             {"fig02", "fig03", "fig04", "fig05"},
         ),
-        ("join.py:join", {"join", "film", "derive", "draw", "claims", "report"}, None),
+        ("join.py:main", {"join", "film", "derive", "draw", "claims", "report"}, None),
         ("figure.py:main", {"draw", "report"}, {*FIGURES}),
     ],
 )

@@ -84,7 +84,7 @@ def key(name: str, value: Any) -> int:
     """A whole number of 0 or greater that a file can hold: a seed, a replicate, a count."""
     number = whole_number(name, value)
     if not 0 <= number < 2**63:
-        raise InputError(f"{name} = {shown(value)}: must be at least 0 and at most {2**63 - 1}")
+        raise InputError(f"{name} = {shown(value)}: a whole number from 0 to 2**63 - 1 is needed")
     return number
 
 
@@ -104,7 +104,7 @@ def spaced(name: str, start: float, stop: float, step: float) -> tuple[float, ..
 def series(name: str, value: Any) -> np.ndarray:
     """An array of numbers along one axis."""
     array = _as_numbers(value)
-    if array is None or array.ndim != 1:
+    if array.ndim != 1:
         raise InputError(f"{name} = {shown(value)}: a sequence of numbers is needed")
     return array
 
@@ -112,8 +112,8 @@ def series(name: str, value: Any) -> np.ndarray:
 def numbers(name: str, value: Any, count: int, *, rows: bool = False) -> np.ndarray:
     """An array of so many finite numbers, one for each block; if allowed, several rows of them."""
     array = _as_numbers(value)
-    fits = array is not None and array.shape[-1:] == (count,) and array.ndim <= 1 + rows
-    if array is None or not (fits and np.isfinite(array).all()):
+    fits = array.shape[-1:] == (count,) and array.ndim <= 1 + rows
+    if not (fits and np.isfinite(array).all()):
         needed = f"{count} numbers are needed, one for each block, all finite"
         raise InputError(f"{name} = {shown(value)}: {needed}")
     return array
@@ -140,10 +140,11 @@ def _is_real(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool | np.timedelta64)
 
 
-def _as_numbers(value: Any) -> np.ndarray | None:
-    """The value as an array of floats, of any shape; None if it is none of numbers."""
+def _as_numbers(value: Any) -> np.ndarray:
+    """The value as an array of floats; of no axis if it is none of numbers."""
     try:
         array = np.asarray(value)
     except ValueError:  # lists of different lengths
-        return None
-    return array.astype(float) if array.dtype.kind in "iuf" or array.size == 0 else None
+        return np.array(math.nan)
+    is_numeric = array.dtype.kind in "iuf" or array.size == 0
+    return array.astype(float) if is_numeric else np.array(math.nan)
