@@ -96,9 +96,3 @@ def test_a_full_disk_is_one_line_and_harms_nothing(tmp_path, name):
     assert line.startswith(f"error: {path}: cannot be written (File too large); earlier results")
     assert path.read_text() == "before"
     assert not list(tmp_path.glob(".*"))
-
-
-@pytest.mark.parametrize("error", [OSError(28, "x"), OSError("write failed: errno = 28, error")])
-def test_hdf5_and_the_system_say_alike_that_the_disk_is_full(error):
-    assert atomic.lack_of_room(error) == "No space left on device"
-    assert atomic.lack_of_room(OSError(13, "x")) == ""

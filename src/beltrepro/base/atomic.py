@@ -9,6 +9,7 @@ from pathlib import Path
 from beltrepro.base.errors import InputError
 
 UNFINISHED = ".unfinished-"
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, limit of the process
 
 
 @contextmanager
@@ -30,16 +31,16 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
         unfinished.replace(path)
         _flush(path.parent)  # the new name too survives a power cut
     except OSError as error:
-        if not (reason := lack_of_room(error)):
+        if error.errno not in _NO_ROOM:
             raise
         remedy = "earlier results are as they were: make room and run the same command again"
-        raise InputError(f"{path}: cannot be written ({reason}); {remedy}") from None
+        raise InputError(f"{path}: cannot be written ({error.strerror}); {remedy}") from None
     finally:
         unfinished.unlink(missing_ok=True)
 
 
 def look_for_room(path: Path, size: int) -> None:
-    """Try whether a file has room, for libraries that end badly on a full disk."""
+    """Try whether a file has room, for libraries that end badly on a full disk as HDF5 does."""
     with path.open("wb") as file:
         if size and hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, size)
@@ -50,14 +51,6 @@ def clear(folder: Path) -> None:
     """Remove what killed processes have left half written."""
     for path in folder.rglob(f"{UNFINISHED}*"):
         path.unlink(missing_ok=True)
-
-
-def lack_of_room(error: OSError) -> str:
-    """Why there was no room, if that is the error; HDF5 gives its number in the text only."""
-    for code in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):  # disk, quota, limit of the process
-        if error.errno == code or f"errno = {code}," in str(error):
-            return os.strerror(code)
-    return ""
 
 
 def _flush(path: Path) -> None:

@@ -38,7 +38,6 @@ def write(
 ) -> None:
     """Write arrays with attributes; the file appears, sealed, when it is complete."""
     with replacing(path) as unfinished:
-        # HDF5 crashes on a full disk
         look_for_room(unfinished, sum(np.asarray(array).nbytes for array in arrays.values()))
         with h5py.File(unfinished, "w", track_order=False) as file:
             for name in sorted(arrays):
