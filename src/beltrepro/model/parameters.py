@@ -42,7 +42,6 @@ LIMITS: dict[str, dict[str, Any]] = {
 _PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
 _MAY_BE_INFINITE = ("linear_limit", "weakening_velocity")
 
-
 PerBlock = Any  # float, or a tuple of N of them
 
 
@@ -117,11 +116,8 @@ class ChainParameters:
             object.__setattr__(self, field.name, value)
 
     def __repr__(self) -> str:
-        given = [
-            f"{field.name}={value!r}"
-            for field in fields(self)
-            if (value := getattr(self, field.name)) != field.default
-        ]
+        values = ((field, getattr(self, field.name)) for field in fields(self))
+        given = (f"{field.name}={value!r}" for field, value in values if value != field.default)
         return f"ChainParameters({', '.join(given)})"
 
     @property
@@ -187,9 +183,8 @@ def _of_blocks(name: str, values: Any, n_blocks: int) -> float | tuple[float, ..
     if len(values) != n_blocks:
         needed = f"one number or {n_blocks} are needed, as n_blocks = {n_blocks}"
         raise InputError(f"{name} = {shown(values)} has {len(values)} numbers: {needed}")
-    numbers = tuple(
-        within(f"{name}[{index}]", value, **LIMITS[name]) for index, value in enumerate(values)
-    )
+    limits = LIMITS[name]
+    numbers = tuple(within(f"{name}[{i}]", value, **limits) for i, value in enumerate(values))
     return numbers[0] if len(set(numbers)) == 1 else numbers
 
 
