@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.model.parameters import ChainParameters
+from beltrepro.model.parameters import ChainParameters, check_chain
 from beltrepro.model.spring import (
     balance_tension,
     chain_deformations,
@@ -124,8 +124,7 @@ def excess_energy(deformations: np.ndarray, parameters: ChainParameters) -> np.n
 def _checked(
     parameters: ChainParameters, positions: ArrayLike, velocities: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    if not isinstance(parameters, ChainParameters):
-        raise InputError(f"parameters = {checks.shown(parameters)}: a ChainParameters is needed")
+    check_chain(parameters)
     check_conserved(parameters)
     positions = checks.positions("positions", positions, parameters.n_blocks, rows=True)
     velocities = checks.numbers("velocities", velocities, parameters.n_blocks, rows=True)

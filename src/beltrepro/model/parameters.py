@@ -177,6 +177,12 @@ class ChainParameters:
         return f"{text}, another law" if self.varied else text
 
 
+def check_chain(parameters: Any) -> None:
+    """That a value is a chain."""
+    if not isinstance(parameters, ChainParameters):
+        raise InputError(f"parameters = {shown(parameters)}: a ChainParameters is needed")
+
+
 def _of_blocks(name: str, values: Any, n_blocks: int) -> float | tuple[float, ...]:
     """N numbers, or one if they are all the same."""
     values = list(values)
