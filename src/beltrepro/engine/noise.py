@@ -46,11 +46,12 @@ def stream_states(chains: Sequence[ChainParameters], seeds, replicates, purpose=
 
 def _keys(chains, seeds, replicates, purpose) -> np.ndarray:
     """What the streams of W chains are keyed by (W, K)."""
+    # by physics, never by order: a point has the same numbers in any company
     keys = np.empty((len(chains), 12), dtype=np.uint64)
     keys[:, 0], keys[:, 2], keys[:, 3] = seeds, np.fromiter(replicates, np.uint64), purpose
     keys[:, 1] = [chain.n_blocks for chain in chains]
     reals = np.array([(chain.belt_velocity, chain.noise, *_law_key(chain)) for chain in chains])
-    keys[:, 4:] = (reals + 0.0).view(np.uint64)
+    keys[:, 4:] = (reals + 0.0).view(np.uint64)  # -0.0 + 0.0 is 0.0, which has other bits
     return keys
 
 
@@ -89,7 +90,7 @@ _LN2 = 0.6931471805599453
 _ONE_BITS = 0x3FF0000000000000
 _SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
 _SIGN = np.int64(-(1 << 63))
-_ROUNDING = 6755399441055744.0
+_ROUNDING = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
 
 
 @inlined
