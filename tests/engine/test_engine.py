@@ -16,8 +16,10 @@ from beltrepro.engine.law import (
     expand_spring,
     extension,
     law_constants,
-    stored_energy,
     tension,
+)
+from beltrepro.engine.law import (
+    spring_energy as kernel_energy,
 )
 from beltrepro.engine.vector import kernel
 from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet
@@ -119,7 +121,7 @@ def fill_law(x, law, columns):
         columns[0, i], columns[1, i], rate, softness = expand_spring(x[i], law)
         columns[2, i] = tension(x[i], law)
         columns[3, i] = extension(columns[2, i], law)
-        columns[4, i] = stored_energy(x[i], law)
+        columns[4, i] = kernel_energy(0, x[i], law, None)
         columns[5, i] = branch_at(x[i], law)
         columns[6, i] = rate
         columns[7, i] = rate * softness

@@ -4,7 +4,7 @@ import numpy as np
 
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.simd import select
-from beltrepro.engine.vector import allocating_kernel, kernel, separate_arrays
+from beltrepro.engine.vector import kernel, separate_arrays
 
 
 def _samples(chunk: Chunk, start: float) -> tuple[np.ndarray, np.ndarray]:
@@ -29,7 +29,8 @@ class LengthMoments:
         _, values = _samples(chunk, self._start)
         if len(values):
             self._count += len(values)
-            _add_moments(values, self._count, self._mean, self._squares, self._low, self._high)
+            known = self._mean, self._squares, self._low, self._high
+            _add_moments(values, self._count, np.zeros_like(self._mean), *known)
 
     def result(self, rest_length: float) -> dict[str, np.ndarray]:
         """Moments (W,) of the chain length in the laboratory frame; NaN without samples."""
@@ -43,28 +44,29 @@ class LengthMoments:
         }
 
 
-@allocating_kernel
-def _add_moments(values, count, mean, squares, low, high):
+@kernel
+def _add_moments(values, count, shift, mean, squares, low, high):
     """Add samples (S, W), of which there are `count` in total now, to the moments (W,).
 
     Each chain in one fixed order: NumPy sums in an order that depends on the number of chains.
+    shift : zeros, in which the change of the means is found.
     """
     separate_arrays()
     rows, width = values.shape
-    total = np.zeros(width)
     for row in range(rows):
         for lane in range(width):
             value = values[row, lane]
-            total[lane] += value - mean[lane]
+            shift[lane] += value - mean[lane]
             low[lane] = select(value < low[lane], value, low[lane])
             high[lane] = select(value > high[lane], value, high[lane])
-    shift = total / rows
-    centre = mean + shift
+    for lane in range(width):
+        shift[lane] /= rows
     for row in range(rows):
         for lane in range(width):
-            squares[lane] += (values[row, lane] - centre[lane]) ** 2
-    squares += shift**2 * (count - rows) * rows / count
-    mean += shift * rows / count
+            squares[lane] += (values[row, lane] - (mean[lane] + shift[lane])) ** 2
+    for lane in range(width):
+        squares[lane] += shift[lane] ** 2 * (count - rows) * rows / count
+        mean[lane] += shift[lane] * rows / count
 
 
 # Length of the first bin, model time, and of each over that before it: loading may end anywhere.
