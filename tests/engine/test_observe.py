@@ -149,27 +149,6 @@ def test_slips_and_avalanches_with_reversals_are_those_of_the_plain_twin(seed, s
             np.testing.assert_allclose(records[name], column, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
-@pytest.mark.parametrize("cut", [101, 150, 203])
-def test_from_a_state_on_only_what_begins_later_counts(cut):
-    """The rest of a run, from a state in which blocks slip, has the later ones of its slips."""
-    events, initial = random_events(1)
-    while events[cut, 0] == events[cut - 1, 0]:  # no state between the two halves of a reversal
-        cut += 1
-    before, after = events[:cut], events[cut:]
-    state = dataclasses.replace(stuck(initial), time=before[-1, 0])
-    for block in range(3):
-        last = before[before[:, 1] == block][-1]
-        state.directions[block] = -last[2]  # slips
-        carried = 0.0 if last[2] else CHAIN.belt_velocity * (state.time - last[0])
-        state.displacements[block] = last[4] + carried - CHAIN.rest_positions[block]
-    whole = slips_and_avalanches(events, 0, stuck(initial), law_constants(CHAIN), after[0, 0])
-    rest = slips_and_avalanches(after, 0, state, law_constants(CHAIN), 0.0)
-    for expected, one in zip(whole, rest, strict=True):
-        assert len(expected) == len(one) > 3
-        for name in one.dtype.names:
-            np.testing.assert_allclose(one[name], expected[name], atol=1e-9, err_msg=name)
-
-
 def test_a_block_that_reverses_does_not_count_as_stuck():
     stuck_blocks = MostStuck(np.array([1, 1, 0]))
     reversal = [(1.0, 0, 0), (1.0, 0, 1)]
