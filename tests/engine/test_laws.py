@@ -1,7 +1,7 @@
 """Other laws than the paper's: blocks that differ, friction that depends on the velocity.
 
-Each is held against a loop written from the equations of docs/laws.md, against closed forms, and
-against what must not change when units do.
+Each is held against the motion computed anew from the equations (`replay`), against closed forms,
+and against what must not change when units do.
 """
 
 import math
@@ -9,7 +9,6 @@ import math
 import numpy as np
 import pytest
 
-import naive
 import replay
 from beltrepro import (
     ChainParameters,
@@ -45,57 +44,6 @@ LAWS = {
 @pytest.fixture(params=LAWS)
 def chain(request):
     return ChainParameters(3, 10.0, **LAWS[request.param])
-
-
-def literal(chain, duration, time_step):
-    """Positions (N,) at the end: velocity Verlet from the equations, a block at a time."""
-    n_blocks, u = chain.n_blocks, chain.belt_velocity
-    names = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
-    static, ratio, rest, mass, stiffness = (chain.by_block(name).tolist() for name in names)
-
-    def external(x):
-        pulls = [
-            stiffness[i]
-            * naive.spring_force(x[i] - (x[i - 1] if i else 0.0) - rest[i], chain.linear_limit)
-            for i in range(n_blocks)
-        ]
-        return [pulls[i] - (pulls[i + 1] if i + 1 < n_blocks else 0.0) for i in range(n_blocks)]
-
-    def braked(i, slip):
-        dry = ratio[i] * static[i] / (1 + abs(slip) / chain.weakening_velocity)
-        return math.copysign(dry + chain.viscosity * abs(slip), slip)
-
-    x, v, way = chain.rest_positions.tolist(), [u] * n_blocks, [0] * n_blocks
-    for _ in range(round(duration / time_step)):
-        forces = external(x)
-        for i in range(n_blocks):
-            if way[i] == 0 and abs(forces[i]) > static[i]:
-                way[i] = 1 if forces[i] > 0 else -1
-            slip = v[i] - u
-            if way[i]:
-                slip = slip or way[i] * 1e-300
-                middle = slip + (forces[i] - braked(i, slip)) / mass[i] * time_step / 2
-                middle = middle if middle * way[i] > 0 else way[i] * 1e-300
-                slip += (forces[i] - braked(i, middle)) / mass[i] * time_step
-                if slip * way[i] <= 0:
-                    way[i] = int(math.copysign(1, forces[i])) if abs(forces[i]) > static[i] else 0
-                    slip = 0.0
-            v[i] = u + slip
-        x = [x[i] + v[i] * time_step for i in range(n_blocks)]
-    return np.array(x)
-
-
-@pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize(
-    ("duration", "time_step", "error"),
-    [(14.0, 2e-4, 0.02), pytest.param(30.0, 1e-5, 0.01, marks=pytest.mark.slow)],
-)
-def test_a_literal_loop_finds_the_same_motion(name, duration, time_step, error):
-    chain = ChainParameters(3, 10.0, **LAWS[name])
-    there = literal(chain, duration, time_step)
-    exact = simulate(chain, duration=duration, method="event")
-    assert len(exact.events) >= 4
-    assert np.abs(exact.final_state.positions - there).max() < error
 
 
 def test_the_scheme_comes_to_the_exact_motion_at_first_order(chain):

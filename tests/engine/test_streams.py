@@ -8,11 +8,7 @@ import pytest
 
 import naive
 from beltrepro import ChainParameters
-from beltrepro.engine.noise import (
-    normal_deviates,
-    stream_key,
-    stream_states,
-)
+from beltrepro.engine.noise import normal_deviates, stream_key, stream_states
 
 CHAIN = ChainParameters(5, 12.0, noise=1.0)
 FIELDS = [field.name for field in fields(ChainParameters)]
