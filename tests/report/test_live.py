@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import browser
+import javascript
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.model import section_position
 from beltrepro.replication.report import live_chain
@@ -20,7 +21,7 @@ FOLDER = resources.files("beltrepro.replication.report") / "live"
 SETTINGS = live_chain.gather(Material("", {}, {}))["settings"]
 LOW = next(preset["start"] for preset in SETTINGS["presets"] if "start" in preset)
 
-needs_javascript = pytest.mark.skipif(bool(browser.NO_JAVASCRIPT), reason=browser.NO_JAVASCRIPT)
+needs_javascript = pytest.mark.skipif(bool(javascript.MISSING), reason=javascript.MISSING)
 needs_browser = pytest.mark.skipif(not browser.BROWSER, reason="no Chromium is installed")
 
 
@@ -28,7 +29,7 @@ def computed(script, folder):
     """What a script with the functions of chain.js answers."""
     chain = (FOLDER / "chain.js").read_text(encoding="utf-8")
     given = f"const law = {json.dumps(SETTINGS['law'])}, low = {json.dumps(LOW)};"
-    return browser.answer(f"(() => {{{chain}{given}{script}}})();", folder)
+    return javascript.value(f"(() => {{{chain}{given}{script}}})();", folder)
 
 
 def scheme(parameters, start=None, duration=20.0):

@@ -9,8 +9,6 @@ from importlib import resources
 from pathlib import Path
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), "")
-NODE = shutil.which("node") or ""
-NO_JAVASCRIPT = "" if NODE or BROWSER else "neither Node nor Chromium is installed"
 
 
 def widths(page: str, folder: Path, width: int) -> dict:
@@ -47,13 +45,8 @@ def violations(page: str, folder: Path) -> list[dict]:
 
 
 def answer(script: str, folder: Path):
-    """What a script gives the function `answer`, in Node or else in an empty page."""
-    if not NODE:
-        return _ask(f"<!DOCTYPE html><body><script>{_FUNCTION}{script}</script></body>", folder)
-    call = "const answer = (value) => console.log(JSON.stringify(value));"
-    command = [NODE, "-e", call + script]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    return json.loads(done.stdout)
+    """What the function `answer` is given by a script in an empty page."""
+    return _ask(f"<!DOCTYPE html><body><script>{_FUNCTION}{script}</script></body>", folder)
 
 
 _FUNCTION = """
