@@ -16,6 +16,7 @@ from beltrepro.engine.simd import (
     as_bits,
     fma,
     from_bits,
+    lane_numbers,
     load,
     select,
     shift_right,
@@ -158,24 +159,11 @@ def _box_muller(word):
 
 
 @inlined
-def normal_pairs(states, lane):
-    """Two standard normal deviates for each of the eight chains from a lane on."""
-    word, s0, s1, s2, s3 = _next(
-        load(states, (0, lane)),
-        load(states, (1, lane)),
-        load(states, (2, lane)),
-        load(states, (3, lane)),
-    )
-    store(states, (0, lane), s0)
-    store(states, (1, lane), s1)
-    store(states, (2, lane), s2)
-    store(states, (3, lane), s3)
-    return _box_muller(word)
-
-
-@inlined
 def normal_pairs_where(states, lane, mask):
-    """As `normal_pairs`, but streams of chains outside the mask stay where they are."""
+    """Two standard normal deviates for each of the eight chains from a lane on.
+
+    Streams of chains outside the mask stay where they are: no chain draws for another.
+    """
     o0, o1, o2, o3 = (
         load(states, (0, lane)),
         load(states, (1, lane)),
@@ -210,8 +198,9 @@ def normal_pair(states, lane):
 def normal_deviates(states, normals):
     """Fill `normals` (R, W), R even, W a multiple of 8, from the streams `states` (4, W) uint64."""
     separate_arrays()
+    everyone = lane_numbers() >= 0
     for lane in range(0, normals.shape[1], LANES):
         for row in range(0, normals.shape[0], 2):
-            first, second = normal_pairs(states, lane)
+            first, second = normal_pairs_where(states, lane, everyone)
             store(normals, (row, lane), first)
             store(normals, (row + 1, lane), second)
