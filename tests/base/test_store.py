@@ -89,7 +89,7 @@ def test_an_archive_without_git_names_its_commit(version_of, tmp_path, text, com
 
 
 # What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.
-COMPILED = re.compile(r"^@(kernel|allocating_kernel|inlined)$|= inlined\(", re.M)
+COMPILED = re.compile(r"^@(kernel|inlined)$|= inlined\(", re.M)
 
 
 def outside_sources():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from advancing import sliding
 from beltrepro import (
     ChainParameters,
     ChainState,
@@ -27,7 +28,6 @@ from beltrepro.chaos.vectors import (
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
 from beltrepro.simulation.groups import integrator_of
-from slipping import sliding
 
 ELSEWHERE = {"replicate": 5, "initial_spread": 1.0}
 EIGHT = {"replicate": range(8), "initial_spread": 1.0}

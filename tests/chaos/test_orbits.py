@@ -5,6 +5,7 @@ from math import atan, pi
 import numpy as np
 import pytest
 
+from advancing import sliding
 from beltrepro import (
     ChainParameters,
     ChainState,
@@ -14,7 +15,6 @@ from beltrepro import (
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.periodic_orbits import close_orbit
-from slipping import sliding
 
 ELSEWHERE = {"replicate": 1, "initial_spread": 1.0}
 LENGTHS = {"duration": 4000.0, "transient": 2000.0, **ELSEWHERE}

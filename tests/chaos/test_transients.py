@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from advancing import sliding
 from beltrepro import (
     ChainParameters,
     ChainState,
@@ -16,7 +17,6 @@ from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL
 from beltrepro.simulation.setup import Case
-from slipping import sliding
 
 FIVE = ChainParameters(5, 16.0)
 

@@ -8,6 +8,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import naive
+import replay
 from advancing import at_rest, integrator, recorded
 from beltrepro import ChainParameters, simulate
 from beltrepro.engine.event_integrator import EventIntegrator
@@ -16,8 +17,10 @@ from beltrepro.engine.law import (
     expand_spring,
     extension,
     law_constants,
-    stored_energy,
     tension,
+)
+from beltrepro.engine.law import (
+    spring_energy as kernel_energy,
 )
 from beltrepro.engine.vector import kernel
 from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet
@@ -119,7 +122,7 @@ def fill_law(x, law, columns):
         columns[0, i], columns[1, i], rate, softness = expand_spring(x[i], law)
         columns[2, i] = tension(x[i], law)
         columns[3, i] = extension(columns[2, i], law)
-        columns[4, i] = stored_energy(x[i], law)
+        columns[4, i] = kernel_energy(0, x[i], law, None)
         columns[5, i] = branch_at(x[i], law)
         columns[6, i] = rate
         columns[7, i] = rate * softness
@@ -222,3 +225,20 @@ def test_a_state_goes_on_in_any_scheme_and_step(maker):
                 on = recorded(integrator(kind, states, time_step=time_step), until + 1.0)
                 for one, other in zip(on, exact, strict=True):
                     assert np.abs(one.positions - other.positions).max() < 0.02
+
+
+# --- long chains ---
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_thousand_blocks_move_alike_by_both_integrators(noise):
+    chain = ChainParameters(1000, 20.0, noise)
+    # springs that hold too much, now here, now there: nearly all blocks slip
+    start = chain.rest_positions + np.tile([0.0, 32.0], 500) + np.sin(np.arange(1000))
+    settings = {"duration": 1.0, "initial_positions": start}
+    event, verlet = (simulate(chain, method=name, **settings) for name in ("event", "verlet"))
+    assert np.abs(event.positions - verlet.positions).max() < 0.1 * (1 + noise)
+    assert len(np.unique(event.events["block"])) > 900
+    for run in (event, verlet):
+        assert abs(run.energy_residual) < 0.01
+        assert replay.wrong_way(run) < 0.2

@@ -373,15 +373,6 @@ def test_thresholds_are_drawn_once_for_each_stick(method, duration, least):
     assert abs(correlation) < 5 / np.sqrt(len(following))
 
 
-def test_noise_sets_the_tolerance_where_it_is_more():
-    """docs/integrators.md: the larger of the tolerance and 0.01 sqrt(q), q = f_s^2 sigma^2 dt."""
-    chains = [ChainParameters(2, 5.0, noise, friction_ratio=0.3) for noise in (0.0, 1e-6, 2.0)]
-    expected = [1e-10, 1e-10, 0.01 * 0.3 * 2.0 * np.sqrt(0.001)]
-    group = integrator(EventIntegrator, at_rest(chains))._group
-    np.testing.assert_allclose(2.0 ** group.log_tolerance[:3], expected, rtol=1e-12)
-    np.testing.assert_allclose(group.noise_power[:3], np.array([0, 3e-7, 0.6]) ** 2 * 0.001)
-
-
 @pytest.mark.parametrize(
     ("until", "count"),
     [

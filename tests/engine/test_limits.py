@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 
 import naive
-from advancing import at_rest, integrator, small_buffers
 from beltrepro import ChainParameters, ChainState, scan, simulate, time_to_continuous_slip
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.engine import event_integrator
-from beltrepro.engine.event_integrator import EventIntegrator
-from beltrepro.engine.law import slip_direction
 from beltrepro.engine.vector import exp2, kernel
-from beltrepro.model.friction import START_NOISE, next_direction, start_noise
+from beltrepro.model.friction import START_NOISE, start_noise
 from beltrepro.model.spring import external_force
 
 METHODS = ("verlet", "event")
@@ -119,17 +115,6 @@ def test_a_storm_names_its_own_chain_and_time():
     assert 0 <= time_of(message) < 1e-9
 
 
-def test_steps_are_counted_over_full_buffers(monkeypatch):
-    # a chain of many events with room for few: the count of its steps goes on
-    monkeypatch.setattr(event_integrator, "_PASSES_AT_ONCE", 50)
-    monkeypatch.setattr(event_integrator, "_PASSES_PER_TIME", 0)
-    chain = integrator(EventIntegrator, at_rest([ChainParameters(5, 20.0)]))
-    small_buffers(chain, 4, 1)
-    with pytest.raises(ModelStateError, match="more than"):
-        list(chain.advance(200.0))
-    assert chain._chains.passes.max() == 51
-
-
 # --- noise ---
 
 
@@ -179,22 +164,6 @@ def test_friction_of_a_noisy_run_is_the_one_that_moves_the_blocks():
     assert slips.mean() > 0.5
     # the noise of a cell gives 1e-4 sqrt(q / 0.5) = 1e-5; the trapezoid is good to 1e-9
     assert np.abs((gained - expected)[slips]).max() < 2e-7
-
-
-# --- a threshold that holds nothing ---
-
-
-def test_a_block_without_force_and_threshold_slips_one_way_in_kernels_and_model():
-    @kernel
-    def fill(forces, ways):
-        for i in range(len(forces)):
-            ways[i] = slip_direction(forces[i], -1.0)
-
-    forces = np.array([0.0, -0.0, 1e-300, -1e-300])
-    ways = np.empty(4)
-    fill(forces, ways)
-    np.testing.assert_array_equal(ways, [1, 1, 1, -1])
-    np.testing.assert_array_equal(next_direction(0 * forces, 0 * forces, forces, -1.0), ways)
 
 
 # --- r ---

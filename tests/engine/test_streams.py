@@ -8,15 +8,7 @@ import pytest
 
 import naive
 from beltrepro import ChainParameters
-from beltrepro.engine.noise import (
-    normal_deviates,
-    normal_pair,
-    normal_pairs_where,
-    stream_key,
-    stream_states,
-)
-from beltrepro.engine.simd import load, store
-from beltrepro.engine.vector import kernel
+from beltrepro.engine.noise import normal_deviates, stream_key, stream_states
 
 CHAIN = ChainParameters(5, 12.0, noise=1.0)
 FIELDS = [field.name for field in fields(ChainParameters)]
@@ -62,43 +54,6 @@ def test_normal_deviates_are_those_of_the_plain_twin():
     normals = np.zeros((200, 8))
     normal_deviates(states, normals)
     np.testing.assert_allclose(normals, np.transpose(expected), rtol=0, atol=2e-8)
-
-
-@kernel
-def _deviates_where(states, wanted, normals):
-    first, second = normal_pairs_where(states, 0, load(wanted, (0, 0)) > 0.0)
-    store(normals, (0, 0), first)
-    store(normals, (1, 0), second)
-
-
-@kernel
-def _deviates_of_one(states, lane, normals):
-    normals[0, lane], normals[1, lane] = normal_pair(states, lane)
-
-
-def test_some_chains_draw_while_the_streams_of_others_rest():
-    states = stream_states([CHAIN] * 8, 1, range(8))
-    expected = np.zeros((4, 8))
-    normal_deviates(states.copy(), expected)
-    drawing = np.array([1.0, 0, 0, 1, 1, 0, 1, 0])
-    normals, later = np.zeros((2, 8)), np.zeros((4, 8))
-    streams = states.copy()
-    _deviates_where(streams, drawing[None], normals)
-    drew = drawing > 0
-    np.testing.assert_array_equal(normals[:, drew], expected[:2, drew])
-    np.testing.assert_array_equal(streams[:, ~drew], states[:, ~drew])
-    normal_deviates(streams, later)
-    np.testing.assert_array_equal(later[:2, drew], expected[2:, drew])
-
-
-def test_one_chain_draws_what_it_draws_in_a_vector():
-    states = stream_states([CHAIN] * 8, 1, range(8))
-    expected, normals = np.zeros((4, 8)), np.zeros((2, 8))
-    normal_deviates(states.copy(), expected)
-    for rows in (slice(2), slice(2, 4)):
-        _deviates_of_one(states, 5, normals)
-        np.testing.assert_array_equal(normals[:, 5], expected[rows, 5])
-    np.testing.assert_array_equal(states[:, :5], stream_states([CHAIN] * 5, 1, range(5)))
 
 
 def test_deviates_are_normal_and_streams_independent():

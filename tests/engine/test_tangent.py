@@ -51,13 +51,23 @@ def carries_twins(chains, way, apart, until, least, most_stuck):
     assert np.abs((ahead - behind) / (2 * apart) - carried).max() < 1e-6 * np.abs(carried).max()
 
 
+VARYING = {"viscosity": 0.05, "weakening_velocity": 50.0, "mass": 1.5}
+
+
 @pytest.mark.parametrize(
-    ("n_blocks", "belt_velocity", "until", "least"),
-    [(1, 3.0, 150.0, 10), (2, 6.0, 230.0, 50), (5, 20.0, 60.0, 50), (10, 30.0, 45.0, 50)],
+    ("n_blocks", "belt_velocity", "until", "least", "law"),
+    [
+        (1, 3.0, 150.0, 10, {}),
+        (2, 6.0, 230.0, 50, {}),
+        (5, 20.0, 60.0, 50, {}),
+        (10, 30.0, 45.0, 50, {}),
+        (3, 10.0, 100.0, 20, VARYING),
+    ],
 )
-def test_deviations_are_the_differences_of_twins(n_blocks, belt_velocity, until, least):
+def test_deviations_are_the_differences_of_twins(n_blocks, belt_velocity, until, least, law):
     """Central differences of twins 1e-5 apart: their own error is 1e-10 / 1e-5 of rounding."""
-    chain, random, apart = ChainParameters(n_blocks, belt_velocity), np.random.default_rng(2), 1e-5
+    chain = ChainParameters(n_blocks, belt_velocity, **law)
+    random, apart = np.random.default_rng(2), 1e-5
     start = chain.rest_positions + random.standard_normal(n_blocks)
     way = random.standard_normal(n_blocks)
     starts = [start, start + apart * way, start - apart * way]

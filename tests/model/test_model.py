@@ -60,6 +60,11 @@ def test_friction_rule(direction, relative_velocity, force, expected, sign):
     assert next_direction(*np.transpose([state] * 2), 71.4).tolist() == [sign * expected] * 2
 
 
+def test_without_force_and_threshold_a_block_slips_with_the_belt():
+    ways = next_direction(np.zeros(4), np.zeros(4), [0.0, -0.0, 1e-300, -1e-300], -1.0)
+    assert ways.tolist() == [1, 1, 1, -1]
+
+
 # --- other laws, edges ----------------------------------------------------------------------------
 
 USUAL = ChainParameters(1, 1.0)
@@ -119,6 +124,10 @@ LIMITS = {
     "linear_limit": POSITIVE,
     "compression_rate": POSITIVE,
     "extension_rate": POSITIVE,
+    "mass": POSITIVE,
+    "stiffness": POSITIVE,
+    "weakening_velocity": POSITIVE,
+    "viscosity": ((0, 0.8e9, 1e9), (-1e-300, 1.001e9, 1.2e9)),
     "time_step": ((1e-9, 1.2e-9, 0.08, 0.1), (0.999e-9, 0.8e-9, 0.1001, 0.12, 0)),
     "tolerance": ((1e-16, 1.2e-16, 0.8, 1), (0.999e-16, 0.8e-16, 1.001, 1.2, 0)),
     "seed": ((0, 2**63 - 1), (-1, 2**63, 2.5)),
@@ -139,7 +148,8 @@ def test_limits_are_those_of_the_documents(name):
     for value in allowed:
         number = made(value)
         assert number == value and type(number) is (int if name in ("n_blocks", "seed") else float)
-    infinite = -np.inf if name == "linear_limit" else np.inf  # linear springs have no limit
+    # linear springs have no limit, and friction need not weaken
+    infinite = -np.inf if name in ("linear_limit", "weakening_velocity") else np.inf
     for value in (*refused, np.nan, infinite):
         with pytest.raises(InputError, match=f"^{name} = ") as caught:
             made(value)
@@ -201,13 +211,17 @@ def test_the_section_follows_every_constant_of_the_law(field):
     assert (section_position(other) != 615.0) == (field not in ("compression_rate", "mass"))
 
 
+def test_one_wrong_number_among_those_of_the_blocks_is_named():
+    for values, words in (
+        ((1.0, 2.0), "mass = .* has 2 numbers: one number or 3 are needed"),
+        ((1.0, -2.0, 1.0), r"mass\[1\] = -2: must be greater than 0"),
+        ({1.0, 2.0, 3.0}, "mass = .*: a number is needed"),
+    ):
+        with pytest.raises(InputError, match=words):
+            ChainParameters(3, 10.0, mass=values)
+
+
 def test_of_blocks_that_differ_the_noisiest_start_counts():
-    alike = {"n_blocks": 3, "belt_velocity": 5.0, "noise": 2.0}
-    each = [start_noise(ChainParameters(**alike, friction_ratio=f)) for f in (0.2, 0.6, 0.4)]
-    assert start_noise(ChainParameters(**alike, friction_ratio=(0.2, 0.6, 0.4))) == pytest.approx(
-        max(each), rel=1e-12
-    )
+    chain = ChainParameters(3, 5.0, 2.0, friction_ratio=(0.2, 0.6, 0.4))
     # closed form: sigma sqrt(1 + f_s^2) / ((1 - f_s) F_st)
-    assert each[1] == pytest.approx(
-        2.0 * 1.36**0.5 / (0.4 * ChainParameters(3, 5.0).static_friction)
-    )
+    assert start_noise(chain) == pytest.approx(2.0 * 1.36**0.5 / (0.4 * 71.4), rel=1e-12)

@@ -6,6 +6,7 @@ import numpy as np
 
 from beltrepro import ChainState
 from beltrepro.engine.integrator import Sampling, Section
+from beltrepro.model.spring import spring_extension
 
 
 class Record(NamedTuple):
@@ -25,6 +26,13 @@ def at_rest(chains, starts=None, replicates=None):
     replicates = [0] * len(chains) if replicates is None else replicates
     members = zip(chains, starts, replicates, strict=True)
     return [ChainState.at_rest(chain, start, replicate=number) for chain, start, number in members]
+
+
+def sliding(chain, displacements):
+    """A state in which all blocks slip, for ever if they stay near where springs hold friction."""
+    forces = chain.friction_ratio * chain.static_friction * np.arange(chain.n_blocks, 0, -1)
+    balance = np.cumsum(spring_extension(forces, chain) + chain.rest_length)
+    return ChainState.in_motion(chain, balance + displacements, np.zeros(chain.n_blocks))
 
 
 def integrator(kind, states, *, time_step=0.001, stride=100, section=None, **settings):

@@ -19,7 +19,6 @@ from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model.friction import equivalent_displacement
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.observe.slips import SlipOrder
 from beltrepro.simulation.groups import Report, check_progress, in_groups, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import for_moments
@@ -263,11 +262,7 @@ def _pass_window(
     members = [runs[index] for index in group]
     chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
     width = len(members)
-    observers = moments, log, order = (
-        LengthMoments(width, middle),
-        ReturnLog(width),
-        SlipOrder(width),
-    )
+    observers = moments, log = LengthMoments(width, middle), ReturnLog(width)
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
         growth = grow(chains, length, observers, report)
@@ -279,7 +274,7 @@ def _pass_window(
     lengths = moments.result(chain.rest_positions[-1])
     for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
         run.case = replace(run.case, state=state)
-        for slips, kept in zip(order.slips(lane), (run.times, run.blocks), strict=True):
+        for slips, kept in zip(log.slips(lane), (run.times, run.blocks), strict=True):
             kept.append(slips)
         run.judge(log, lane, middle, closed)
         run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}

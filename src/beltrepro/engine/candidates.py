@@ -27,8 +27,11 @@ from beltrepro.engine.simd import (
 from beltrepro.engine.taylor import LEVELS, at, bounds, deformation, drive, force_order, polynomial
 from beltrepro.engine.vector import exp2, inlined, maximum, minimum, zeros
 
+# A stuck block may slip both ways, its spring leave its branch at both ends and lose its length.
 _CANDIDATES_PER_BLOCK = 5
-_MAX_ITERATIONS = 200  # of the search for a root
+# Of the search for a root. It converges quadratically but near a minimum that all but touches zero,
+# where moves are short; what is not decided then is left to the next step.
+_MAX_ITERATIONS = 200
 
 
 class Candidates(NamedTuple):
@@ -61,6 +64,7 @@ def _binary_logarithm(x):
 def taylor_step(order, log_tolerance, varied, series):
     """Step at which the last two terms of the series of all forces are within the tolerance."""
     highest = force_order(order)
+    # two terms, since every second one may vanish; not zero, for the logarithm
     last = spread(1e-200)
     before = spread(1e-200)
     for block in range(series.rate.shape[0] // LANES):
@@ -331,7 +335,9 @@ def first_events(order, resolution, n_columns, step, candidates):
         place, hit, undecided = first_roots(
             order, resolution, candidates.polynomials, column, step, candidate >= 0
         )
+        # of events at one instant the first column has it, the rest follow in steps of length zero
         earlier = (hit | undecided) & (place < instant)
+        # one exactly at the end of the step counts
         first = hit & (place == instant) & (source < 0)
         source = select(earlier | first, select(hit, candidate, -1), source)
         instant = select(earlier, place, instant)

@@ -8,11 +8,13 @@ from beltrepro.engine.records import STORM
 from beltrepro.engine.vector import aligned, zeros
 
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
+# Below 1e-11 only rounding is left of the error.
 TOLERANCE = 1e-10
-# The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h).
+# The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h), and
+# is itself approximate.
 NOISE_SHARE = 1e-2
 # A chain that takes more steps than these in a chunk is stopped: at any moment, and in a unit of
-# time.
+# time. Springs that a start compresses beyond all measure would make it crawl for days.
 _PASSES_AT_ONCE = 10_000
 _PASSES_PER_TIME = 5000
 _STORM = f"more than {_PASSES_PER_TIME} steps a unit of time are needed"
@@ -69,7 +71,7 @@ class EventIntegrator(Integrator):
         quiet, noisy = event.advance_kernels(self._hooks)
         kernels = ((quiet, self._noise == 0), (noisy, self._noise > 0))
         self._kernels = [kernel for kernel, lanes in kernels if lanes.any()]
-        self.reinit(states)
+        self._start_from(states)
 
     def _new_variables(self, lanes):
         """Branches of the springs; the noise begins with a new cell."""

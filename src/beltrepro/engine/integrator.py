@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.base.errors import ModelStateError
 from beltrepro.engine.law import law_constants, varied_constants
 from beltrepro.engine.noise import STATE_WORDS
 from beltrepro.engine.records import (
@@ -44,8 +44,7 @@ _CONTACT = "blocks pass through each other"
 _UNSTABLE = "the time step is too long for springs so stiff: a shorter one is needed"
 _PLENTY = 100  # times the energy that static friction of all blocks stores in a spring
 _LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
-_EVENTS = 4096
-_CROSSINGS = 1024
+_EVENTS, _CROSSINGS = 4096, 1024  # room for those of a chain in a chunk, to begin with
 
 
 @dataclass(frozen=True)
@@ -113,6 +112,7 @@ class Integrator:
     name: str  # of the variables that its states carry, see `Scheme`
     _chains: Any  # what its kernel knows of them: a named tuple of arrays (..., lanes)
     _scheme_fields: tuple[str, ...]  # of these, what only this scheme has
+    _velocity_unit = 1.0  # what it keeps for the relative velocity 1
 
     def __init__(
         self,
@@ -131,7 +131,8 @@ class Integrator:
         self._width = len(states)
         self._sampling = sampling
         self._first_sampled = self.n_blocks - sampled_blocks
-        # lanes that fill up the last vector repeat the last chain; their results are not read
+        # lanes that fill up the last vector repeat the last chain, and so take the steps that it
+        # takes; their results are not read
         lanes = -(-self._width // LANES) * LANES
         self._source = np.minimum(np.arange(lanes), self._width - 1)
         chains = [self.parameters[lane] for lane in self._source]
@@ -163,58 +164,45 @@ class Integrator:
 
     def state(self) -> list[ChainState]:
         """The states of the W chains now."""
-        *lanes, impulses = self._lanes()
-        columns = [self._of_chains(values) for values in (*lanes, self._streams)]
+        now = self._lanes()._asdict() | {"stream": self._streams}
         states = []
-        for lane, (state, *values) in enumerate(zip(self._begun, *columns, strict=True)):
-            variables = {
-                name: getattr(self._chains, name)[..., lane].copy() for name in self._scheme_fields
-            }
-            now = dict(zip((*Lanes._fields[:-1], "stream"), values, strict=True))
-            now |= {"time": self.time, "wall_impulse": float(impulses[lane])}
-            scheme = Scheme(self.name, self.time_step, variables)
-            states.append(dataclasses.replace(state, scheme=scheme, **now))
+        for lane, state in enumerate(self._begun):
+            values = {name: array[..., lane].copy() for name, array in now.items()}
+            values["wall_impulse"] = float(values["wall_impulse"])
+            chains = self._chains._asdict()
+            variables = {name: chains[name][..., lane].copy() for name in self._scheme_fields}
+            values["scheme"] = Scheme(self.name, self.time_step, variables)
+            states.append(dataclasses.replace(state, time=self.time, **values))
         return states
 
-    def reinit(self, states: Sequence[ChainState]) -> None:
-        """Go on from other states of the same W chains.
+    def _start_from(self, states: Sequence[ChainState]) -> None:
+        """Go on from states, as the last thing that a subclass does when it is made.
 
         A state that another integrator made, or this one with another time step, has no variables
         of this scheme: they are made from its positions, velocities and forces.
         """
-        if [state.parameters for state in states] != self.parameters:
-            raise InputError("states: of other chains than those of the integrator")
-        if len({state.time for state in states}) > 1:
-            raise InputError("states: of different times")
         self._begun = list(states)
         self.time = self._instant(states[0].time)
-        lanes = Lanes(
-            *(_stacked([getattr(state, name) for state in states]) for name in Lanes._fields)
-        )
-        made_here = self.name, self.time_step
+        columns = ([getattr(state, name) for state in states] for name in Lanes._fields)
+        lanes = Lanes(*map(_stacked, columns))
         schemes = [state.scheme for state in states]
-        kept = [
-            one.variables if one and (one.integrator, one.time_step) == made_here else None
+        made_here = [
+            one is not None and (one.integrator, one.time_step) == (self.name, self.time_step)
             for one in schemes
         ]
-        begins = np.array([variables is None for variables in kept])
-        variables = {}
-        if begins.any():
-            old = lanes.directions, lanes.relative_velocities
-            new = settled(*old, self.forces_on(lanes), lanes.thresholds)
-            directions, relative = (np.where(begins, *pair) for pair in zip(new, old, strict=True))
-            lanes = lanes._replace(directions=directions, relative_velocities=relative)
-            variables = self._new_variables(lanes)
-        if not begins.all():
-            names = next(names for names in kept if names is not None)
-            for name in names:
-                values = [variables[name][..., 0] if one is None else one[name] for one in kept]
-                variables[name] = np.where(begins, variables.get(name, 0.0), _stacked(values))
+        old = lanes.directions, lanes.relative_velocities
+        new = settled(*old, self.forces_on(lanes), lanes.thresholds)
+        directions, relative = (np.where(made_here, *pair) for pair in zip(old, new, strict=True))
+        lanes = lanes._replace(directions=directions, relative_velocities=relative)
+        variables = self._new_variables(lanes)
+        for lane in np.flatnonzero(made_here):
+            for name, values in schemes[lane].variables.items():
+                variables[name][..., lane] = values
+        named = dict(zip(_IN_KERNELS, lanes, strict=True))
+        named["velocity"] = lanes.relative_velocities * self._velocity_unit
+        for name, values in (named | variables).items():
+            getattr(self._chains, name)[...] = values[..., self._source]
         self._streams[...] = _stacked([state.stream for state in states])[:, self._source]
-        self._write(
-            Lanes(*(values[..., self._source] for values in lanes)),
-            {name: values[..., self._source] for name, values in variables.items()},
-        )
 
     def forces_on(self, lanes, change=0.0):
         """External forces (N, W) on the blocks of W chains, moved by `change` (N, W)."""
@@ -247,14 +235,10 @@ class Integrator:
         """Instant that a chain has reached in the chunk under way."""
         raise NotImplementedError
 
-    def _write(self, lanes: Lanes, variables: dict[str, np.ndarray]) -> None:
-        """Put states and the variables of the scheme into the lanes."""
-        for name, values in (dict(zip(_IN_KERNELS, lanes, strict=True)) | variables).items():
-            getattr(self._chains, name)[...] = values
-
     def _lanes(self) -> Lanes:
         """What all chains do now."""
-        return Lanes(*(getattr(self._chains, name) for name in _IN_KERNELS))
+        lanes = Lanes(*(getattr(self._chains, name) for name in _IN_KERNELS))
+        return lanes._replace(relative_velocities=self._chains.velocity / self._velocity_unit)
 
     def _instant(self, time: float) -> float:
         """The instant nearest to `time` at which chains can be."""
@@ -272,9 +256,10 @@ class Integrator:
         return kind(**{name: zeros(shape) for name in kind._fields} | given)
 
     def _advance(self, kernel: Callable[[Records], int], first: float, interval: float, count: int):
-        """Call a kernel until no buffer is full; the buffers are doubled, which changes no bit.
+        """Call a kernel until no buffer is full; full ones are doubled.
 
-        kernel : goes on where it has stopped. first, interval, count : of the samples, see
+        kernel : goes on where it has stopped, before the step that might not fit, so that no bit
+        depends on the size of the buffers. first, interval, count : of the samples, see
         `Samples`. Returns what it said at last: DONE or STORM. CONTACT stops the run.
         """
         samples = Samples(

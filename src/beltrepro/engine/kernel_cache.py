@@ -62,11 +62,6 @@ class KernelCacheFile:
             with contextlib.suppress(OSError):
                 draft.unlink()
 
-    def flush(self):
-        """Forget all that was saved of this kernel, as Numba asks where it compiles anew."""
-        for path in self._folder.glob(f"{self._name}.*.nbc"):
-            path.unlink(missing_ok=True)
-
     def _path(self, key):
         return self._folder / f"{self._name}.{_digest(repr(key)).hex()[:16]}.nbc"
 

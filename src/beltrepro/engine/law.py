@@ -70,9 +70,11 @@ def of_blocks(parameters: ChainParameters) -> Varied:
 
 def law_constants(parameters: ChainParameters) -> Law:
     """The constants of the law of a chain."""
+    of_block = (parameters.static_friction, parameters.friction_ratio, parameters.rest_length)
+    static, ratio, rest = (math.nan if isinstance(one, tuple) else one for one in of_block)
     return Law(
-        static_friction=_common(parameters.static_friction),
-        friction_ratio=_common(parameters.friction_ratio),
+        static_friction=static,
+        friction_ratio=ratio,
         linear_limit=parameters.linear_limit,
         compression_rate=parameters.compression_rate,
         extension_rate=parameters.extension_rate,
@@ -80,12 +82,8 @@ def law_constants(parameters: ChainParameters) -> Law:
         extension_rate_2=parameters.extension_rate * LOG2_E,
         compression_softness=1.0 / parameters.compression_rate,
         extension_softness=1.0 / parameters.extension_rate,
-        rest_length=_common(parameters.rest_length),
+        rest_length=rest,
     )
-
-
-def _common(value: float | tuple) -> float:
-    return math.nan if isinstance(value, tuple) else value
 
 
 @inlined
@@ -129,18 +127,6 @@ def extension(tension, law):
         return tension
     rate = law.extension_rate if tension > 0.0 else law.compression_rate
     return math.copysign(limit + math.log1p(rate * (size - limit)) / rate, tension)
-
-
-@inlined
-def stored_energy(deformation, law):
-    """Potential energy of a spring (float64)."""
-    size = abs(deformation)
-    limit = law.linear_limit
-    if size <= limit:
-        return 0.5 * size * size
-    rate = law.extension_rate if deformation > 0.0 else law.compression_rate
-    excess = size - limit
-    return limit * (0.5 * limit + excess) + (math.expm1(rate * excess) / rate - excess) / rate
 
 
 @inlined
@@ -218,5 +204,14 @@ def pull_and_slope(spring, deformation, law, varied):
 
 @inlined
 def spring_energy(spring, deformation, law, varied):
-    """Potential energy of a spring of a chain (float64)."""
-    return stored_energy(deformation, law) * stiffness(varied, spring)
+    """Potential energy of a spring (float64)."""
+    size = abs(deformation)
+    limit = law.linear_limit
+    if size <= limit:
+        energy = 0.5 * size * size
+    else:
+        rate = law.extension_rate if deformation > 0.0 else law.compression_rate
+        excess = size - limit
+        beyond = (math.expm1(rate * excess) / rate - excess) / rate
+        energy = limit * (0.5 * limit + excess) + beyond
+    return energy * stiffness(varied, spring)

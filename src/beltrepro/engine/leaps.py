@@ -87,7 +87,8 @@ from beltrepro.engine.vector import inlined, kernel, maximum, minimum, separate_
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
 # Last terms of the series of F_ex allowed at the end of a leap.
 _TOLERANCE = 1e-10
-# A turn due less than this share of a step after the end of a step may be due there.
+# A turn due less than this share of a step after the end of a step may be due there: the curve
+# leaves out dt^4, and the scheme looks at positions that are rounded.
 _DOUBT = 1e-3
 _NEAREST = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
 
@@ -358,7 +359,9 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
     instant, source = first_events(ORDER, _RESOLUTION, n_columns, longest, scratch.candidates)
     turning = leaping & (source >= 0) & (source < n_blocks)
     ending = leaping & (source >= n_blocks)
-    # the next whole step; without a source, the last one before the place reached
+    # A leap ends at the first whole step after the root, where the scheme notices it; a turn is
+    # then left to a literal step, which may come one too early. Without a source the search has
+    # ended early: the last whole step before the place reached.
     count = instant * inverse_step
     before = maximum(_round_down(count), 1.0)
     after = -_round_down(-count)
@@ -378,7 +381,8 @@ def _leap(lane, leaping, leap, group, scratch):
     step = leap * dt
     belt = load(group.belt_velocity, (lane,))
     moved = leaping & (leap > 0.0)
-    # impulse of the wall: a sum over steps instead of an integral, by Euler and Maclaurin
+    # the scheme sums the wall's pull over steps instead of integrating it: Euler and Maclaurin's
+    # formula makes the one of the other
     impulse = integral(force_order(ORDER), series.wall_pull, 0, step)
     pull, rise = polynomial(ORDER, series.wall_pull, 0, step)
     impulse = impulse - 0.5 * dt * (pull - load(series.wall_pull, (at(0, 0),)))
@@ -434,7 +438,7 @@ def _with_derivatives(coefficients, column, time):
 
 
 @inlined
-def _literal_step(lane, taken, first_step, group, scratch, events):
+def _literal_step(lane, taken, first_step, group, scratch, records):
     """One step of the Appendix for some of the chains, the rules first.
 
     Returns those of them whose blocks have met.
@@ -445,9 +449,12 @@ def _literal_step(lane, taken, first_step, group, scratch, events):
     added = load(scratch.pulls, (0,)) * group.time_step
     store(chains.wall_impulse, (lane,), select(taken, impulse + added, impulse))
     for block in range(chains.direction.shape[0]):
-        _step_block(lane, block, taken, first_step, group, scratch, events)
+        _step_block(lane, block, taken, first_step, group, scratch, records.events)
     done = load(chains.steps_done, (lane,))
     store(chains.steps_done, (lane,), select(taken, done + 1.0, done))
+    if records.crossings.block >= 0:
+        _record_literal_crossings(lane, taken, first_step, group, records.crossings)
+    _record_literal_samples(lane, taken, group, records.samples)
     return taken & ~(lowest > 0.0)
 
 
@@ -584,7 +591,8 @@ def _cross_in_leap(lane, i, leap, first_step, group, series, crossings):
     low = 0.0
     above = series.position[at(0, crossings.block + 1) + i] >= crossings.level[chain]
     while low < leap:
-        # the first eighth of the rest after which the side differs; a leap holds few crossings
+        # the first eighth of the rest after which the side differs; a leap holds few crossings, and
+        # the scheme does not see those that begin and end between two of its steps
         eighth = max(1.0, math.floor(0.125 * (leap - low)))
         high = low
         height = 0.0
@@ -741,35 +749,27 @@ def _bend_one(block, i, times, force):
 @inlined
 def _record_literal_samples(lane, taken, group, samples):
     """Samples after the single steps that some of the chains have just done."""
-    chains, inverse_step = group.chains, 1.0 / group.time_step
+    chains = group.chains
     row = load(samples.following, (lane,))
     following = fma(to_float(row), samples.interval, samples.first)
-    sampled = mask_bits(taken & (following == load(chains.steps_done, (lane,))))
-    while sampled:
-        i = lowest_lane(sampled)
-        sampled &= sampled - 1
-        chain = lane + i
-        row_of_chain = samples.following[chain]
-        for block in range(samples.first_block, chains.direction.shape[0]):
-            shown = block - samples.first_block
-            relative = chains.velocity[block, chain] * inverse_step
-            kinetic = braking(group.law, group.varied, block, abs(relative))
-            kinetic += _noise_of_one(block, chain, i, abs(relative), group.varied, group.noise)
-            friction = chains.direction[block, chain] * -kinetic
-            samples.values[0, shown, chain, row_of_chain] = chains.displacement[block, chain]
-            samples.values[1, shown, chain, row_of_chain] = relative
-            samples.values[2, shown, chain, row_of_chain] = friction
-        samples.following[chain] = row_of_chain + 1
-
-
-@inlined
-def _noise_of_one(block, chain, i, speed, varied, noise):
-    """What noise adds to the kinetic friction of the chain in lane i, as in `_braking`."""
-    if noise is None:
-        return 0.0
-    ratio = varied.kinetic_friction[block] / varied.static_friction[block]
-    deviation = noise.sigma[chain] * noise.deviates[block * LANES + i]
-    return ratio * deviation / (1.0 + varied.weakening * speed)
+    due = taken & (following == load(chains.steps_done, (lane,)))
+    if mask_bits(due) == 0:
+        return
+    for block in range(samples.first_block, chains.direction.shape[0]):
+        shown = block - samples.first_block
+        position = load(chains.displacement, (block, lane))
+        relative = load(chains.velocity, (block, lane)) * (1.0 / group.time_step)
+        kinetic = _braking(lane, block, abs(relative), group.law, group.varied, group.noise)
+        friction = load(chains.direction, (block, lane)) * -kinetic
+        sampled = mask_bits(due)
+        while sampled:
+            i = lowest_lane(sampled)
+            sampled &= sampled - 1
+            place = samples.following[lane + i]
+            samples.values[0, shown, lane + i, place] = extract(position, i)
+            samples.values[1, shown, lane + i, place] = extract(relative, i)
+            samples.values[2, shown, lane + i, place] = extract(friction, i)
+    store(samples.following, (lane,), select(due, row + 1, row))
 
 
 # --- the kernels ---
@@ -788,7 +788,6 @@ def leap_steps(first_step, n_steps, group, scratch, records):
     separate_arrays()
     chains, series = group.chains, scratch.series
     n_blocks = chains.direction.shape[0]
-    sectioned = records.crossings.block >= 0
     for lane in range(0, chains.steps_done.size, LANES):
         store(series.position, (at(1, WALL),), -load(group.belt_velocity, (lane,)))
         while True:
@@ -804,18 +803,15 @@ def leap_steps(first_step, n_steps, group, scratch, records):
             due = active & _literal_due(lane, group, scratch)
             leaping = active & ~due
             leap, turning, meeting = _choose_leap(lane, leaping, remaining, group, scratch)
-            if sectioned:
+            if records.crossings.block >= 0:
                 crossings = records.crossings
                 _record_crossings(lane, leaping, leap, first_step, group, scratch, crossings)
             _record_samples(lane, leaping, leap, group, series, records.samples)
             _leap(lane, leaping, leap, group, scratch)
             taken = (due | turning) & (load(chains.steps_done, (lane,)) < n_steps)
             if mask_bits(taken) != 0:
-                met = _literal_step(lane, taken, first_step, group, scratch, records.events)
+                met = _literal_step(lane, taken, first_step, group, scratch, records)
                 meeting = meeting | met
-                if sectioned:
-                    _record_literal_crossings(lane, taken, first_step, group, records.crossings)
-                _record_literal_samples(lane, taken, group, records.samples)
             if mask_bits(meeting) != 0:
                 return CONTACT
     return DONE
@@ -836,10 +832,7 @@ def literal_steps(first_step, n_steps, group, scratch, records):
             if status != DONE:
                 return status
             _draw(lane, taken, n_blocks, group.noise)
-            met = _literal_step(lane, taken, first_step, group, scratch, records.events)
-            if records.crossings.block >= 0:
-                _record_literal_crossings(lane, taken, first_step, group, records.crossings)
-            _record_literal_samples(lane, taken, group, records.samples)
+            met = _literal_step(lane, taken, first_step, group, scratch, records)
             if mask_bits(met) != 0:
                 return CONTACT
     return DONE

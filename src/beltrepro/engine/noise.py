@@ -16,6 +16,7 @@ from beltrepro.engine.simd import (
     as_bits,
     fma,
     from_bits,
+    lane_numbers,
     load,
     select,
     shift_right,
@@ -46,11 +47,12 @@ def stream_states(chains: Sequence[ChainParameters], seeds, replicates, purpose=
 
 def _keys(chains, seeds, replicates, purpose) -> np.ndarray:
     """What the streams of W chains are keyed by (W, K)."""
+    # by physics, never by order: a point has the same numbers in any company
     keys = np.empty((len(chains), 12), dtype=np.uint64)
     keys[:, 0], keys[:, 2], keys[:, 3] = seeds, np.fromiter(replicates, np.uint64), purpose
     keys[:, 1] = [chain.n_blocks for chain in chains]
     reals = np.array([(chain.belt_velocity, chain.noise, *_law_key(chain)) for chain in chains])
-    keys[:, 4:] = (reals + 0.0).view(np.uint64)
+    keys[:, 4:] = (reals + 0.0).view(np.uint64)  # -0.0 + 0.0 is 0.0, which has other bits
     return keys
 
 
@@ -89,7 +91,7 @@ _LN2 = 0.6931471805599453
 _ONE_BITS = 0x3FF0000000000000
 _SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
 _SIGN = np.int64(-(1 << 63))
-_ROUNDING = 6755399441055744.0
+_ROUNDING = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
 
 
 @inlined
@@ -157,24 +159,11 @@ def _box_muller(word):
 
 
 @inlined
-def normal_pairs(states, lane):
-    """Two standard normal deviates for each of the eight chains from a lane on."""
-    word, s0, s1, s2, s3 = _next(
-        load(states, (0, lane)),
-        load(states, (1, lane)),
-        load(states, (2, lane)),
-        load(states, (3, lane)),
-    )
-    store(states, (0, lane), s0)
-    store(states, (1, lane), s1)
-    store(states, (2, lane), s2)
-    store(states, (3, lane), s3)
-    return _box_muller(word)
-
-
-@inlined
 def normal_pairs_where(states, lane, mask):
-    """As `normal_pairs`, but streams of chains outside the mask stay where they are."""
+    """Two standard normal deviates for each of the eight chains from a lane on.
+
+    Streams of chains outside the mask stay where they are: no chain draws for another.
+    """
     o0, o1, o2, o3 = (
         load(states, (0, lane)),
         load(states, (1, lane)),
@@ -209,8 +198,9 @@ def normal_pair(states, lane):
 def normal_deviates(states, normals):
     """Fill `normals` (R, W), R even, W a multiple of 8, from the streams `states` (4, W) uint64."""
     separate_arrays()
+    everyone = lane_numbers() >= 0
     for lane in range(0, normals.shape[1], LANES):
         for row in range(0, normals.shape[0], 2):
-            first, second = normal_pairs(states, lane)
+            first, second = normal_pairs_where(states, lane, everyone)
             store(normals, (row, lane), first)
             store(normals, (row + 1, lane), second)

@@ -21,57 +21,38 @@ LANES = 8
 class _VectorType(types.Type):
     """Eight values of one scalar type."""
 
-    def __init__(self, scalar, element):
-        self.element = element
-        super().__init__(name=f"{scalar}x{LANES}")
+    def __init__(self, name, scalar, element):
+        self.scalar = scalar
+        self.llvm = ir.VectorType(element, LANES)
+        super().__init__(name=f"{name}x{LANES}")
 
 
-_DOUBLE, _INT64, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
-float64x8 = _VectorType("float64", _DOUBLE)
-int64x8 = _VectorType("int64", _INT64)
-_mask8 = _VectorType("mask", _BIT)
-
-
-def _llvm(vector):
-    return ir.VectorType(vector.element, LANES)
-
-
-def _is_float(kind):
-    return kind == float64x8
-
-
-def _is_integer(kind):
-    return kind == int64x8
+_INT64, _BIT = ir.IntType(64), ir.IntType(1)
+float64x8 = _VectorType("float64", types.float64, ir.DoubleType())
+int64x8 = _VectorType("int64", types.int64, _INT64)
+_mask8 = _VectorType("mask", types.boolean, _BIT)
 
 
 @register_model(_VectorType)
 class _VectorModel(models.PrimitiveModel):
     def __init__(self, manager, fe_type):
-        super().__init__(manager, fe_type, _llvm(fe_type))
+        super().__init__(manager, fe_type, fe_type.llvm)
 
 
 # --- spreading scalars ---
 
 
-def _spread(builder, scalar, vector):
-    """A scalar in all lanes."""
-    kind = _llvm(vector)
-    first = builder.insert_element(ir.Constant(kind, ir.Undefined), scalar, ir.IntType(32)(0))
-    return builder.shuffle_vector(
-        first,
-        ir.Constant(kind, ir.Undefined),
-        ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES),
-    )
-
-
 def _as_vector(context, builder, value, kind, vector):
-    """A value as a vector, or as the scalar that is asked for."""
+    """A value in all lanes, if it is none yet; or as the scalar that is asked for."""
     if isinstance(kind, _VectorType):
         return value
     if not isinstance(vector, _VectorType):
         return context.cast(builder, value, kind, vector)
-    scalar = types.float64 if _is_float(vector) else types.int64
-    return _spread(builder, context.cast(builder, value, kind, scalar), vector)
+    scalar = context.cast(builder, value, kind, vector.scalar)
+    undefined = ir.Constant(vector.llvm, ir.Undefined)
+    first = builder.insert_element(undefined, scalar, ir.IntType(32)(0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+    return builder.shuffle_vector(first, undefined, zeros)
 
 
 def _as_vectors(context, builder, values, kinds, vector):
@@ -99,8 +80,7 @@ def _define(function, arguments, result, generate):
 
 
 def _define_binary(function, vector, result, generate):
-    scalar = types.float64 if _is_float(vector) else types.int64
-    for pair in ((vector, vector), (vector, scalar), (scalar, vector)):
+    for pair in ((vector, vector), (vector, vector.scalar), (vector.scalar, vector)):
         _define(function, pair, result, generate)
 
 
@@ -146,7 +126,8 @@ def _floating(name, n_arguments):
     """Intrinsic on floats or vectors of them, scalars spread where vectors are among them."""
 
     def generic(typing_context, *arguments):
-        result = next(filter(_is_float, arguments), types.float64)
+        vectors = (kind for kind in arguments if isinstance(kind, _VectorType))
+        result = next(vectors, types.float64)
 
         def generate(context, builder, sig, values):
             return _call(builder, name, _as_vectors(context, builder, values, sig.args, result))
@@ -203,7 +184,7 @@ def lane_numbers(typing_context):
     """0 to 7, as int64x8."""
 
     def generate(context, builder, sig, values):
-        return ir.Constant(_llvm(int64x8), list(range(LANES)))
+        return ir.Constant(int64x8.llvm, list(range(LANES)))
 
     return int64x8(), generate
 
@@ -211,13 +192,12 @@ def lane_numbers(typing_context):
 @intrinsic
 def extract(typing_context, value, lane):
     """One lane of a vector, by its number."""
-    result = types.float64 if _is_float(value) else types.int64
 
     def generate(context, builder, sig, values):
         number = context.cast(builder, values[1], sig.args[1], types.int64)
         return builder.extract_element(values[0], number)
 
-    return result(value, lane), generate
+    return value.scalar(value, lane), generate
 
 
 @intrinsic
@@ -240,31 +220,30 @@ def lowest_lane(typing_context, bits):
     return types.int64(bits), generate
 
 
-def _converting(method, vector, scalar):
+def _converting(method, vector):
     """Intrinsic that makes values of another type, lane by lane for vectors."""
 
     def generic(typing_context, value):
-        is_vector = isinstance(value, _VectorType)
+        result = vector if isinstance(value, _VectorType) else vector.scalar
+        kind = vector.llvm if isinstance(value, _VectorType) else vector.llvm.element
 
         def generate(context, builder, sig, values):
-            return getattr(builder, method)(
-                values[0], _llvm(vector) if is_vector else vector.element
-            )
+            return getattr(builder, method)(values[0], kind)
 
-        return (vector if is_vector else scalar)(value), generate
+        return result(value), generate
 
     return intrinsic(generic)
 
 
-as_bits = _converting("bitcast", int64x8, types.int64)  # the 64 bits of a float64
-from_bits = _converting("bitcast", float64x8, types.float64)  # and back
-to_float = _converting("sitofp", float64x8, types.float64)  # int64 to the nearest float64
+as_bits = _converting("bitcast", int64x8)  # the 64 bits of a float64
+from_bits = _converting("bitcast", float64x8)  # and back
+to_float = _converting("sitofp", float64x8)  # int64 to the nearest float64
 
 
 @intrinsic
 def shift_right(typing_context, value, count):
     """Logical shift to the right of int64 or int64x8: zeros come in."""
-    result = value if _is_integer(value) else types.int64
+    result = value if isinstance(value, _VectorType) else types.int64
 
     def generate(context, builder, sig, values):
         count = _as_vector(context, builder, values[1], sig.args[1], result)
@@ -287,7 +266,7 @@ def _pointer(context, builder, sig, values, vector):
     place = cgutils.get_item_pointer(
         context, builder, array, structure, numbers, wraparound=False, boundscheck=False
     )
-    return builder.bitcast(place, _llvm(vector).as_pointer())
+    return builder.bitcast(place, vector.llvm.as_pointer())
 
 
 def _vector_of(array):
@@ -301,7 +280,7 @@ def load(typing_context, array, indices):
 
     def generate(context, builder, sig, values):
         pointer = _pointer(context, builder, sig, values, vector)
-        return builder.load(pointer, align=8, typ=_llvm(vector))
+        return builder.load(pointer, align=8, typ=vector.llvm)
 
     return vector(array, indices), generate
 
@@ -326,7 +305,7 @@ def store_where(typing_context, array, indices, value, mask):
     def generate(context, builder, sig, values):
         pointer = _pointer(context, builder, sig, values, value)
         alignment = ir.IntType(32)(8)
-        kinds = [_llvm(value), pointer.type, alignment.type, _llvm(mask)]
+        kinds = [value.llvm, pointer.type, alignment.type, mask.llvm]
         callee = cgutils.get_or_insert_function(
             builder.module, ir.FunctionType(ir.VoidType(), kinds), "llvm.masked.store.v8f64.p0"
         )

@@ -18,7 +18,7 @@ from beltrepro.engine.simd import LANES
 from beltrepro.engine.vector import zeros
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import next_direction
-from beltrepro.model.parameters import LONGEST
+from beltrepro.model.parameters import LONGEST, check_chain
 from beltrepro.model.spring import external_force, potential_energy
 
 
@@ -97,46 +97,10 @@ class ChainState:
 
         Parameters
         ----------
-        parameters, positions, time, seed, replicate : as for `in_motion`
-            The chain, where its blocks are and when, and the key of the random stream.
-
-        Returns
-        -------
-        ChainState
-            From which a run can begin.
-
-        Raises
-        ------
-        InputError
-            The positions are not N increasing numbers, or another value is not allowed.
-        """
-        return cls.in_motion(parameters, positions, None, time=time, seed=seed, replicate=replicate)
-
-    @classmethod
-    @names.checked
-    def in_motion(
-        cls,
-        parameters: ChainParameters,
-        positions: ArrayLike | None = None,
-        velocities: ArrayLike | None = None,
-        *,
-        time: float = 0.0,
-        seed: int = 1,
-        replicate: int = 0,
-    ) -> ChainState:
-        """A state of given positions and velocities.
-
-        A block with exactly the velocity of the belt is stuck; it slips at once if the external
-        force is beyond its threshold. All others slip.
-
-        Parameters
-        ----------
         parameters : ChainParameters
             The chain.
         positions : array (N,)
             Of the blocks, model length; undeformed springs if not given.
-        velocities : array (N,)
-            Of the blocks in the laboratory frame, model velocity; that of the belt if not given.
         time : float
             Instant, model time.
         seed, replicate : int
@@ -150,15 +114,49 @@ class ChainState:
         Raises
         ------
         InputError
-            The positions are not N increasing numbers, the velocities not N numbers, or another
-            value is not allowed.
+            The positions are not N increasing numbers, or another value is not allowed.
         """
-        _check_chain(parameters)
+        check_chain(parameters)
         if positions is not None:
             positions = checks.positions("positions", positions, parameters.n_blocks)
         seed, replicate = checks.key("seed", seed), checks.key("replicate", replicate)
         time = checks.not_negative("time", time, LONGEST)
-        (state,) = states_at_rest([parameters], [positions], [seed], [replicate], time)
+        return states_at_rest([parameters], [positions], [seed], [replicate], time)[0]
+
+    @classmethod
+    @names.checked
+    def in_motion(
+        cls,
+        parameters: ChainParameters,
+        positions: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
+        *,
+        time: float = 0.0,
+        seed: int = 1,
+        replicate: int = 0,
+    ) -> ChainState:
+        """A state of given positions and velocities: all slips but at the velocity of the belt.
+
+        Parameters
+        ----------
+        parameters, positions, time, seed, replicate : as for `at_rest`
+            The chain, where its blocks are and when, and the key of the random stream.
+        velocities : array (N,)
+            Of the blocks in the laboratory frame, model velocity; that of the belt if not given. A
+            block with exactly that is stuck, and slips at once if F_ex is beyond its threshold.
+
+        Returns
+        -------
+        ChainState
+            From which a run can begin.
+
+        Raises
+        ------
+        InputError
+            A value is not allowed, as in `at_rest`, or the velocities are not N numbers.
+        """
+        key: dict[str, Any] = {"time": time, "seed": seed, "replicate": replicate}
+        state = cls.at_rest(parameters, positions, **key)
         return state if velocities is None else state.moved(velocities=velocities)
 
     @property
@@ -200,17 +198,15 @@ class ChainState:
         InputError
             The positions are not N increasing numbers, or the velocities not N numbers.
         """
-        rest = self.parameters.rest_positions
-        displacements, relative = self.displacements, self.relative_velocities
+        rest, changes = self.parameters.rest_positions, {}
         if positions is not None:
-            displacements = checks.positions("positions", positions, len(rest)) - rest
+            positions = checks.positions("positions", positions, len(rest))
+            changes["displacements"] = positions - rest
         if velocities is not None:
             velocities = checks.numbers("velocities", velocities, len(rest))
             relative = velocities - self.parameters.belt_velocity
-        directions = np.sign(relative) if velocities is not None else self.directions
-        return self._audited_anew(
-            displacements=displacements, relative_velocities=relative, directions=directions
-        )
+            changes |= {"relative_velocities": relative, "directions": np.sign(relative)}
+        return self._audited_anew(**changes)
 
     @names.checked
     def under(self, parameters: ChainParameters) -> ChainState:
@@ -235,7 +231,7 @@ class ChainState:
         InputError
             It is none, or the number of blocks is another.
         """
-        _check_chain(parameters)
+        check_chain(parameters)
         old = self.parameters
         if parameters == old:
             return self
@@ -246,12 +242,12 @@ class ChainState:
             )
         slips = self.directions != 0
         relative = np.where(slips, self.velocities - parameters.belt_velocity, 0.0)
-        deviates = 0.0
-        if old.noise > 0:
-            deviates = (self.thresholds - np.asarray(old.static_friction)) / old.noise
-        thresholds = parameters.by_block("static_friction") + parameters.noise * deviates
-        if (old.static_friction, old.noise) == (parameters.static_friction, parameters.noise):
-            thresholds = self.thresholds
+        thresholds = self.thresholds
+        if (old.static_friction, old.noise) != (parameters.static_friction, parameters.noise):
+            deviates = 0.0
+            if old.noise > 0:
+                deviates = (thresholds - np.asarray(old.static_friction)) / old.noise
+            thresholds = parameters.by_block("static_friction") + parameters.noise * deviates
         return self._audited_anew(
             parameters=parameters,
             displacements=self.positions - parameters.rest_positions,
@@ -288,19 +284,14 @@ class ChainState:
     def _audited_anew(self, **changes: Any) -> ChainState:
         """This state with some changes; the energy audit begins with it."""
         state = dataclasses.replace(self, **changes, scheme=None)
-        # in the frame of the belt first: for blocks at rest there the sums round like a product
         speed, relative = state.parameters.belt_velocity, state.relative_velocities
-        mass = state.parameters.by_block("mass")
-        total, slip = float(mass.sum()), (mass * relative).sum()
-        with np.errstate(over="ignore"):
-            kinetic = total * speed**2 / 2 + (speed * slip + (mass * relative**2).sum() / 2)
-            energy = float(potential_energy(state.positions, state.parameters) + kinetic)
+        energy, momentum = _audit(state.parameters, speed, state.positions, relative)
         return dataclasses.replace(
             state,
             friction_losses=np.zeros(len(relative)),
             wall_impulse=0.0,
-            initial_energy=energy,
-            initial_momentum=float(total * speed + slip),
+            initial_energy=float(energy),
+            initial_momentum=float(momentum),
         )._checked()
 
     def _checked(self) -> ChainState:
@@ -317,9 +308,7 @@ class ChainState:
 
     def __eq__(self, other: object) -> bool:
         """Whether all numbers are the same bit by bit."""
-        if not isinstance(other, ChainState):
-            return NotImplemented
-        return equal_fields(self, other)
+        return isinstance(other, ChainState) and equal_fields(self, other)
 
 
 def states_at_rest(
@@ -336,30 +325,40 @@ def states_at_rest(
         alike.setdefault((chain.n_blocks, chain.law), []).append(number)
     for numbers in alike.values():
         members = [chains[number] for number in numbers]
-        keys = [seeds[number] for number in numbers], [replicates[number] for number in numbers]
-        streams, thresholds = _drawn(members, *keys)
+        key = [seeds[number] for number in numbers], [replicates[number] for number in numbers]
+        streams, thresholds = _drawn(members, *key)
         n_blocks, rest = members[0].n_blocks, members[0].rest_positions
-        mass = float(members[0].by_block("mass").sum())
         begin = np.array([rest if positions[i] is None else positions[i] for i in numbers]) - rest
-        with np.errstate(over="ignore"):
-            potential = potential_energy(begin + rest, members[0]).tolist()
-        for row, (number, chain) in enumerate(zip(numbers, members, strict=True)):
-            speed = chain.belt_velocity
+        speeds = np.array([chain.belt_velocity for chain in members])
+        energies, momenta = _audit(members[0], speeds, begin + rest, np.zeros_like(begin))
+        for row, number in enumerate(numbers):
             states[number] = ChainState(
-                chain,
+                chains[number],
                 time,
                 begin[row],
                 *np.zeros((2, n_blocks)),
                 thresholds[row],
                 np.zeros(n_blocks),
                 0.0,
-                potential[row] + mass * speed**2 / 2,
-                float(mass * speed),
+                float(energies[row]),
+                float(momenta[row]),
                 seeds[number],
                 replicates[number],
                 streams[row],
             )._checked()
     return [states[number] for number in range(len(chains))]
+
+
+def _audit(chain: ChainParameters, speed, positions, relative_velocities):
+    """Energy and momentum of states (..., N) of chains of one law, at belt velocities (...)."""
+    mass = chain.by_block("mass")
+    total = mass.sum()
+    # in the frame of the belt first: for blocks at rest there the sums round like a product
+    slip = (mass * relative_velocities).sum(axis=-1)
+    with np.errstate(over="ignore"):
+        slipping = speed * slip + (mass * relative_velocities**2).sum(axis=-1) / 2
+        energy = potential_energy(positions, chain) + (total * (speed * speed) / 2 + slipping)
+    return energy, total * speed + slip
 
 
 def settled(directions, relative_velocities, forces, thresholds) -> tuple[np.ndarray, np.ndarray]:
@@ -375,7 +374,7 @@ def settled(directions, relative_velocities, forces, thresholds) -> tuple[np.nda
 
 
 def equal_fields(one, other) -> bool:
-    """Whether two values of one dataclass agree in every field, arrays bit by bit (NaN is NaN)."""
+    """Whether two values of one dataclass agree in every field, numbers bit by bit."""
     return all(_same(getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
 
 
@@ -384,21 +383,11 @@ def _same(one, other) -> bool:
         return equal_fields(one, other)
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_same(one[name], other[name]) for name in one)
-    if isinstance(one, np.ndarray) != isinstance(other, np.ndarray):
-        return False
-    if not isinstance(one, np.ndarray):
-        return one == other or (one != one and other != other)
-    if one.dtype != other.dtype or one.shape != other.shape:
-        return False
-    if one.dtype.names:
-        return all(_same(one[name], other[name]) for name in one.dtype.names)
-    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
-
-
-def _check_chain(value) -> None:
-    """That a value is a chain."""
-    if not isinstance(value, ChainParameters):
-        raise InputError(f"parameters = {checks.shown(value)}: a ChainParameters is needed")
+    if isinstance(one, np.ndarray | float):  # NaN is NaN
+        one, other = np.asarray(one), np.asarray(other)
+        alike = (one.dtype, one.shape) == (other.dtype, other.shape)
+        return alike and one.tobytes() == other.tobytes()
+    return one == other
 
 
 def _drawn(chains: Sequence[ChainParameters], seeds, replicates) -> tuple[np.ndarray, np.ndarray]:

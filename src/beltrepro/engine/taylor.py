@@ -20,7 +20,8 @@ from beltrepro.engine.law import curved_branch, stiffness
 from beltrepro.engine.simd import LANES, fma, load, select, spread, store
 from beltrepro.engine.vector import inlined, maximum, minimum, zeros
 
-# Order of the series of the positions, odd; with noise less will do.
+# Order of the series of the positions, odd: levels come in pairs. Higher ones make steps longer,
+# but most steps end at an event before that; with noise steps are short anyway.
 ORDER = 19
 NOISY_ORDER = 13
 

@@ -33,22 +33,14 @@ def _engine_version():
 
 def kernel(function):
     """Compile a kernel that is called from Python: cached, without the GIL, IEEE division."""
-    dispatcher = allocating_kernel(function)
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     # it makes no arrays and keeps none: no references to count, which numba does by calls in loops
     dispatcher.targetoptions["_nrt"] = False
-    return dispatcher
-
-
-def allocating_kernel(function):
-    """As `kernel`, for kernels that make arrays.
-
-    Numba does not see that a helper in another file has changed, so the stamp has a hash of all.
-    Kernels made by one function have a file for each set of what they enclose.
-    """
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     cache = dispatcher._cache
+    # a file for each set of what a kernel made by a function encloses
     enclosed = repr([_identity(cell.cell_contents) for cell in function.__closure__ or ()])
     digest = hashlib.sha256(enclosed.encode()).hexdigest()
+    # numba does not see that a helper in another file has changed, so the stamp has a hash of all
     cache._cache_file = KernelCacheFile(
         cache._cache_path,
         f"{cache._impl.filename_base}-{digest[:12]}",

@@ -62,7 +62,8 @@ class LeapingVerlet(Integrator):
             None,
         )
         self._scratch = leaps.new_scratch(self.n_blocks)
-        self.reinit(states)
+        self._velocity_unit = self.time_step
+        self._start_from(states)
 
     def _step(self, time: float) -> int:
         return round(time / self.time_step)
@@ -92,14 +93,6 @@ class LeapingVerlet(Integrator):
             "slip_step": np.where(slips, lanes.relative_velocities * time_step + bend, 0.0),
             "acceleration": np.where(slips, before, 0.0),
         }
-
-    def _write(self, lanes, variables):
-        super()._write(lanes, variables)
-        self._chains.velocity[...] *= self.time_step  # as the kernel keeps it
-
-    def _lanes(self):
-        # the kernel keeps velocities times the step
-        return super()._lanes()._replace(relative_velocities=self._chains.velocity / self.time_step)
 
     def _run(self, until):
         start = self._step(self.time)

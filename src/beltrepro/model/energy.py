@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.model.parameters import ChainParameters
+from beltrepro.model.parameters import ChainParameters, check_chain
 from beltrepro.model.spring import (
     balance_tension,
     chain_deformations,
@@ -84,20 +84,16 @@ def mode_energies(
     positions, velocities = _checked(parameters, positions, velocities)
     frequencies, shapes = normal_modes(parameters)
     weights = np.sqrt(parameters.by_block("mass"))
-    extension = spring_extension(balance_tension(parameters), parameters)
-    lengths = np.asarray(parameters.rest_length) + extension
+    lengths = np.asarray(parameters.rest_length) + _balance(parameters)
     swing = (positions - np.cumsum(lengths)) * weights @ shapes * frequencies
     return ((velocities * weights @ shapes) ** 2 + swing**2) / 2
 
 
 def normal_modes(parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
-    """Angular frequencies (N,) of small oscillations about the balance, and shapes in columns.
-
-    A shape has the displacements times the roots of the masses.
-    """
-    balance = spring_extension(balance_tension(parameters), parameters)
-    stiffness = spring_stiffness(balance, parameters)
+    """Angular frequencies (N,) of small oscillations about the balance, and shapes in columns."""
+    stiffness = spring_stiffness(_balance(parameters), parameters)
     springs = np.eye(parameters.n_blocks) - np.eye(parameters.n_blocks, k=-1)  # dl_i of the x_j
+    # displacements times the roots of the masses make the matrix symmetric
     springs = springs / np.sqrt(parameters.by_block("mass"))
     squares, shapes = np.linalg.eigh(springs.T @ (stiffness[:, None] * springs))
     return np.sqrt(squares), shapes
@@ -106,30 +102,33 @@ def normal_modes(parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
 def check_conserved(parameters: ChainParameters) -> None:
     """InputError for a chain that does not keep the energy H while it slides."""
     if parameters.friction_varies:
-        given = f"weakening_velocity = {parameters.weakening_velocity:g} and "
-        given += f"viscosity = {parameters.viscosity:g}"
-        needed = "energy is kept only where kinetic friction does not depend on velocity"
-        raise InputError(f"{given}: {needed}")
+        raise InputError(
+            f"weakening_velocity = {parameters.weakening_velocity:g} and "
+            f"viscosity = {parameters.viscosity:g}: "
+            "energy is kept only where kinetic friction does not depend on velocity"
+        )
+
+
+def _balance(parameters: ChainParameters) -> np.ndarray:
+    """Deformations (N,) at which the springs balance kinetic friction."""
+    return spring_extension(balance_tension(parameters), parameters)
 
 
 def excess_energy(deformations: np.ndarray, parameters: ChainParameters) -> np.ndarray:
     """Energy of each spring (..., N) and of friction's pull on it, above that at the balance."""
-    tension = balance_tension(parameters)
-    balance = spring_extension(tension, parameters)
+    balance = _balance(parameters)
     stored = spring_energy(deformations, parameters) - spring_energy(balance, parameters)
-    return stored - tension * (deformations - balance)
+    return stored - balance_tension(parameters) * (deformations - balance)
 
 
 def _checked(
     parameters: ChainParameters, positions: ArrayLike, velocities: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    if not isinstance(parameters, ChainParameters):
-        raise InputError(f"parameters = {checks.shown(parameters)}: a ChainParameters is needed")
+    check_chain(parameters)
     check_conserved(parameters)
-    n_blocks = parameters.n_blocks
-    places = checks.positions("positions", positions, n_blocks, rows=True)
-    speeds = checks.numbers("velocities", velocities, n_blocks, rows=True)
-    if places.shape != speeds.shape:
-        needed = f"the shape {places.shape} of the positions is needed"
-        raise InputError(f"velocities of shape {speeds.shape}: {needed}")
-    return places, speeds
+    positions = checks.positions("positions", positions, parameters.n_blocks, rows=True)
+    velocities = checks.numbers("velocities", velocities, parameters.n_blocks, rows=True)
+    if positions.shape != velocities.shape:
+        needed = f"the shape {positions.shape} of the positions is needed"
+        raise InputError(f"velocities of shape {velocities.shape}: {needed}")
+    return positions, velocities

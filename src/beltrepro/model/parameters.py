@@ -42,7 +42,6 @@ LIMITS: dict[str, dict[str, Any]] = {
 _PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
 _MAY_BE_INFINITE = ("linear_limit", "weakening_velocity")
 
-
 PerBlock = Any  # float, or a tuple of N of them
 
 
@@ -117,11 +116,8 @@ class ChainParameters:
             object.__setattr__(self, field.name, value)
 
     def __repr__(self) -> str:
-        given = [
-            f"{field.name}={value!r}"
-            for field in fields(self)
-            if (value := getattr(self, field.name)) != field.default
-        ]
+        values = ((field, getattr(self, field.name)) for field in fields(self))
+        given = (f"{field.name}={value!r}" for field, value in values if value != field.default)
         return f"ChainParameters({', '.join(given)})"
 
     @property
@@ -181,15 +177,20 @@ class ChainParameters:
         return f"{text}, another law" if self.varied else text
 
 
+def check_chain(parameters: Any) -> None:
+    """That a value is a chain."""
+    if not isinstance(parameters, ChainParameters):
+        raise InputError(f"parameters = {shown(parameters)}: a ChainParameters is needed")
+
+
 def _of_blocks(name: str, values: Any, n_blocks: int) -> float | tuple[float, ...]:
     """N numbers, or one if they are all the same."""
     values = list(values)
     if len(values) != n_blocks:
         needed = f"one number or {n_blocks} are needed, as n_blocks = {n_blocks}"
         raise InputError(f"{name} = {shown(values)} has {len(values)} numbers: {needed}")
-    numbers = tuple(
-        within(f"{name}[{index}]", value, **LIMITS[name]) for index, value in enumerate(values)
-    )
+    limits = LIMITS[name]
+    numbers = tuple(within(f"{name}[{i}]", value, **limits) for i, value in enumerate(values))
     return numbers[0] if len(set(numbers)) == 1 else numbers
 
 

@@ -51,10 +51,7 @@ def spring_stiffness(
 
 
 def balance_tension(parameters: ChainParameters) -> np.ndarray:
-    """Tension (N,) of each spring where the springs balance the mean kinetic friction.
-
-    Spring i pulls blocks i to N, which stand still while the belt slides under them.
-    """
+    """Tension (N,) of the springs that hold the blocks beyond them against kinetic friction."""
     kinetic = kinetic_friction(parameters, parameters.belt_velocity)
     if parameters.varied:
         return np.cumsum(kinetic[::-1])[::-1]
@@ -68,7 +65,7 @@ def balance_length(parameters: ChainParameters, blocks: int | None = None) -> fl
     return _balance_length(parameters.n_blocks, speed, parameters.law, blocks)
 
 
-@cache  # a scan asks for that of each of its chains
+@cache  # a scan asks it of each of its chains
 def _balance_length(n_blocks: int, speed: float, law: tuple, blocks: int | None) -> float:
     chain = ChainParameters(n_blocks, speed, 0.0, *law)
     extension = spring_extension(balance_tension(chain), chain)
@@ -78,9 +75,8 @@ def _balance_length(n_blocks: int, speed: float, law: tuple, blocks: int | None)
 def section_position(parameters: ChainParameters, block: int | None = None) -> float:
     """Position at which the velocity of a block, the last one unless told, is recorded (Fig. 12).
 
-    The paper gives 615 for the last of five blocks, 0.998 of the place at which the springs balance
-    the kinetic friction of all blocks. For other blocks and chains the same share of that place is
-    taken.
+    The paper gives 615 for the last of five blocks, 0.998 of its place where springs balance
+    kinetic friction; other blocks and chains have the same share of theirs.
     """
     share = SECTION_POSITION / balance_length(_FIVE)
     return round(share * balance_length(parameters, block or parameters.n_blocks), 1)
@@ -89,15 +85,14 @@ def section_position(parameters: ChainParameters, block: int | None = None) -> f
 def chain_deformations(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Deformations of the N springs of a chain; the first spring hangs on the wall at 0."""
     positions = np.asarray(positions, dtype=float)
-    wall = np.zeros((*positions.shape[:-1], 1))
-    return np.diff(np.concatenate([wall, positions], axis=-1)) - parameters.rest_length
+    return np.diff(positions, axis=-1, prepend=0.0) - parameters.rest_length
 
 
 def external_force(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Resultant spring force F_ex on each block (Eq. 1)."""
     force = spring_force(chain_deformations(positions, parameters), parameters)
-    beyond = np.zeros((*force.shape[:-1], 1))
-    return force - np.concatenate([force[..., 1:], beyond], axis=-1)
+    force[..., :-1] -= force[..., 1:]  # a spring pulls back what it pulls on
+    return force
 
 
 def potential_energy(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
@@ -109,6 +104,7 @@ def potential_energy(positions: npt.ArrayLike, parameters: ChainParameters) -> n
 def _branches(
     deformation: np.ndarray, parameters: ChainParameters
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rate of the branch, and the parts of |dl| on and beyond the linear branch."""
     size = np.abs(deformation)
     rate = np.where(deformation < 0, parameters.compression_rate, parameters.extension_rate)
     linear = np.minimum(size, parameters.linear_limit)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltrepro.engine.integrator import Chunk
-from beltrepro.engine.records import EVENT_SLIP, EVENT_TIME
+from beltrepro.engine.records import EVENT_BLOCK, EVENT_SLIP, EVENT_TIME
 from beltrepro.engine.vector import kernel
 
 
@@ -18,8 +18,6 @@ class SectionValues:
 
     def observe(self, chunk: Chunk) -> None:
         """Add the crossings of a chunk."""
-        if chunk.end <= self._start:
-            return
         crossed = chunk.crossings, chunk.crossing_count
         _add_crossings(*crossed, self._belt_velocity, self._start, self.count, self.values)
 
@@ -57,28 +55,30 @@ class CrossingLog:
 
 
 class ReturnLog:
-    """Full states of W chains at all crossings of a section, with the slips so far."""
+    """Full states of W chains at all crossings of a section, and all slips on the way."""
 
     def __init__(self, width: int) -> None:
         self._states: list[list[np.ndarray]] = [[] for _ in range(width)]
-        self._slips: list[list[np.ndarray]] = [[] for _ in range(width)]
-        self._slip_count = np.zeros(width, dtype=np.int64)
+        self._times: list[list[np.ndarray]] = [[] for _ in range(width)]
+        self._blocks: list[list[np.ndarray]] = [[] for _ in range(width)]
         self.last_event = np.full(width, -np.inf)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings of a chunk, and count its slips."""
+        """Add the crossings and the slips of a chunk."""
         for lane in range(len(self.last_event)):
+            self._states[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
             events = chunk.events[lane, : chunk.event_count[lane]]
-            states = chunk.crossings[lane, : chunk.crossing_count[lane]]
-            slips = events[events[:, EVENT_SLIP] > 0, EVENT_TIME]
-            before = self._slip_count[lane] + np.searchsorted(slips, states[:, 0])
-            self._states[lane].append(states.copy())
-            self._slips[lane].append(before)
-            self._slip_count[lane] += len(slips)
+            slips = events[events[:, EVENT_SLIP] > 0]
+            self._times[lane].append(slips[:, EVENT_TIME].copy())
+            self._blocks[lane].append(slips[:, EVENT_BLOCK].astype(np.uint32))
             if len(events):
                 self.last_event[lane] = events[-1, EVENT_TIME]
 
     def returns(self, lane: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All crossings of one chain, in the order of time."""
+        """Times, states and the number of slips before of all crossings of one chain, in order."""
         rows = np.concatenate(self._states[lane])
-        return rows[:, 0], rows[:, 1:], np.concatenate(self._slips[lane])
+        return rows[:, 0], rows[:, 1:], np.searchsorted(self.slips(lane)[0], rows[:, 0])
+
+    def slips(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times and blocks, from 0, of all slips of one chain, in order."""
+        return np.concatenate(self._times[lane]), np.concatenate(self._blocks[lane])

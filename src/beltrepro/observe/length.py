@@ -4,7 +4,13 @@ import numpy as np
 
 from beltrepro.engine.integrator import Chunk
 from beltrepro.engine.simd import select
-from beltrepro.engine.vector import allocating_kernel, kernel, separate_arrays
+from beltrepro.engine.vector import kernel, separate_arrays
+
+
+def _samples(chunk: Chunk, start: float) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of a chunk from an instant on: times (S,), displacements of last blocks (S, W)."""
+    first = np.searchsorted(chunk.time, start)
+    return chunk.time[first:], np.ascontiguousarray(chunk.displacement[first:, -1])
 
 
 class LengthMoments:
@@ -20,52 +26,51 @@ class LengthMoments:
 
     def observe(self, chunk: Chunk) -> None:
         """Add the samples of a chunk (merging moments, Chan et al. 1983)."""
-        first = np.searchsorted(chunk.time, self._start)
-        values = np.ascontiguousarray(chunk.displacement[first:, -1])
-        if not len(values):
-            return
-        self._count += len(values)
-        _add_moments(values, self._count, self._mean, self._squares, self._low, self._high)
+        _, values = _samples(chunk, self._start)
+        if len(values):
+            self._count += len(values)
+            known = self._mean, self._squares, self._low, self._high
+            _add_moments(values, self._count, np.zeros_like(self._mean), *known)
 
     def result(self, rest_length: float) -> dict[str, np.ndarray]:
-        """Moments of the chain length in the laboratory frame."""
-        if self._count == 0:
-            names = ("mean_length", "disorder_parameter", "minimum_length", "maximum_length")
-            return {name: np.full(len(self._mean), np.nan) for name in names}
-        mean = self._mean + rest_length
+        """Moments (W,) of the chain length in the laboratory frame; NaN without samples."""
+        rest = rest_length if self._count else np.nan
+        mean = self._mean + rest
         return {
             "mean_length": mean,
-            "disorder_parameter": np.sqrt(self._squares / self._count) / mean,
-            "minimum_length": self._low + rest_length,
-            "maximum_length": self._high + rest_length,
+            "disorder_parameter": np.sqrt(self._squares / max(1, self._count)) / mean,
+            "minimum_length": self._low + rest,
+            "maximum_length": self._high + rest,
         }
 
 
-@allocating_kernel
-def _add_moments(values, count, mean, squares, low, high):
+@kernel
+def _add_moments(values, count, shift, mean, squares, low, high):
     """Add samples (S, W), of which there are `count` in total now, to the moments (W,).
 
     Each chain in one fixed order: NumPy sums in an order that depends on the number of chains.
+    shift : zeros, in which the change of the means is found.
     """
     separate_arrays()
     rows, width = values.shape
-    total = np.zeros(width)
     for row in range(rows):
         for lane in range(width):
             value = values[row, lane]
-            total[lane] += value - mean[lane]
+            shift[lane] += value - mean[lane]
             low[lane] = select(value < low[lane], value, low[lane])
             high[lane] = select(value > high[lane], value, high[lane])
-    shift = total / rows
-    centre = mean + shift
+    for lane in range(width):
+        shift[lane] /= rows
     for row in range(rows):
         for lane in range(width):
-            squares[lane] += (values[row, lane] - centre[lane]) ** 2
-    squares += shift**2 * (count - rows) * rows / count
-    mean += shift * rows / count
+            squares[lane] += (values[row, lane] - (mean[lane] + shift[lane])) ** 2
+    for lane in range(width):
+        squares[lane] += shift[lane] ** 2 * (count - rows) * rows / count
+        mean[lane] += shift[lane] * rows / count
 
 
-FIRST, GROWTH = 1.0, 1.15  # length of the first bin, model time, and of each over that before it
+# Length of the first bin, model time, and of each over that before it: loading may end anywhere.
+FIRST, GROWTH = 1.0, 1.15
 
 
 class LengthHistory:
@@ -85,9 +90,8 @@ class LengthHistory:
 
     def observe(self, chunk: Chunk) -> None:
         """Add the samples of a chunk."""
-        first = np.searchsorted(chunk.time, self.edges[0])
-        values = np.ascontiguousarray(chunk.displacement[first:, -1])
-        bins = np.searchsorted(self.edges[1:-1], chunk.time[first:], side="right")
+        time, values = _samples(chunk, self.edges[0])
+        bins = np.searchsorted(self.edges[1:-1], time, side="right")
         _add_to_bins(values, bins, self.count, self.mean, self.squares, self.low, self.high)
 
 

@@ -25,12 +25,8 @@ from beltrepro.model.spring import chain_deformations
 
 def mean_wall_tension(begin: Sequence[ChainState], end: Sequence[ChainState]) -> np.ndarray:
     """Exact mean (W,) of the first spring's pull between two states of each of W runs."""
-    return np.array(
-        [
-            (b.wall_impulse - a.wall_impulse) / (b.time - a.time)
-            for a, b in zip(begin, end, strict=True)
-        ]
-    )
+    pairs = zip(begin, end, strict=True)
+    return np.array([(b.wall_impulse - a.wall_impulse) / (b.time - a.time) for a, b in pairs])
 
 
 def sum_rule_residual(
@@ -77,14 +73,11 @@ class ForwardSlip:
 
     def observe(self, chunk: Chunk) -> None:
         """Follow the events of a chunk."""
-        for lane, count in enumerate(chunk.event_count):
-            self.add(lane, chunk.events[lane, :count])
+        self.follow(chunk.events, chunk.event_count)
 
-    def add(self, lane: int, events: np.ndarray) -> None:
-        """Follow events (E, 6) of one chain."""
-        way = self._way[lane : lane + 1]
-        begun, weights = self._begun[lane], self._weights[lane]
-        _follow_forward(events, self._belt_velocity[lane], begun, weights, way)
+    def follow(self, events: np.ndarray, count: np.ndarray) -> None:
+        """Follow events (W, E, 6), of which the first `count` (W,) count."""
+        _follow_forward(events, count, self._belt_velocity, self._begun, self._weights, self._way)
 
     def way(self, states: Sequence[ChainState]) -> np.ndarray:
         """The way (W,) until these states, the slips going on included."""
@@ -102,18 +95,19 @@ def _weights(state: ChainState) -> np.ndarray:
     chain = state.parameters
     if not chain.varied:
         return np.ones(chain.n_blocks)
-    mean = max(mean_kinetic_friction(chain), np.finfo(float).tiny)
-    return kinetic_friction(chain) / mean
+    return kinetic_friction(chain) / max(mean_kinetic_friction(chain), np.finfo(float).tiny)
 
 
 @kernel
-def _follow_forward(events, belt_velocity, begun, weights, way):
-    for index in range(len(events)):
-        block = int(events[index, EVENT_BLOCK])
-        place = events[index, EVENT_POSITION] - belt_velocity * events[index, EVENT_TIME]
-        if events[index, EVENT_SLIP] > 0.0:
-            # towards F_ex, see `model.friction`
-            begun[block] = np.nan if events[index, EVENT_FORCE] < 0.0 else place
-        elif not np.isnan(begun[block]):
-            way[0] += weights[block] * (place - begun[block])
-            begun[block] = np.nan
+def _follow_forward(events, count, belt_velocity, begun, weights, way):
+    for lane in range(len(way)):
+        for index in range(count[lane]):
+            block = int(events[lane, index, EVENT_BLOCK])
+            place = events[lane, index, EVENT_POSITION]
+            place -= belt_velocity[lane] * events[lane, index, EVENT_TIME]
+            if events[lane, index, EVENT_SLIP] > 0.0:
+                # towards F_ex, see `model.friction`
+                begun[lane, block] = np.nan if events[lane, index, EVENT_FORCE] < 0.0 else place
+            elif not np.isnan(begun[lane, block]):
+                way[lane] += weights[lane, block] * (place - begun[lane, block])
+                begun[lane, block] = np.nan

@@ -121,7 +121,8 @@ class Run(Tabled):
         place = position - self.parameters.rest_positions[block - 1]
         slips = self.events["kind"] == "slip"
         forward = sum_rule.ForwardSlip([self.initial_state])
-        forward.add(0, np.column_stack([time, block - 1, slips, force, place]))
+        rows = np.column_stack([time, block - 1, slips, force, place])
+        forward.follow(rows[None], np.array([len(rows)]))
         ends = [self.initial_state], [self.final_state]
         return float(sum_rule.sum_rule_residual(*ends, forward.way(ends[1]))[0])
 
