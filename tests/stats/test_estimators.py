@@ -101,16 +101,23 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
     assert wide.tolist() == [True] * 4 + [False] * 2
 
 
-def test_laminar_phases_longer_than_the_limit_only():
-    phases = intermittency.laminar_phases([0, 10], [5.0, 15.5], 5.0, start=0, stop=20)
-    assert phases.tolist() == [[10, 15.5]]
-    begun_before = intermittency.laminar_phases([10], [8.0, 18.0], 5.0, start=1, stop=20)
-    assert begun_before.tolist() == [[1, 8], [10, 18]]
-    without_start = intermittency.laminar_phases([], [8.0], 5.0, start=1, stop=20)
-    assert without_start.tolist() == [[1, 8]]
-    goes_on = intermittency.laminar_phases([3.0], [], 5.0, start=1, stop=20)
-    assert goes_on.tolist() == [[3, 20]]
-    assert intermittency.laminar_phases([], [], 5.0, start=0.0, stop=1.0).shape == (0, 2)
+@pytest.mark.parametrize(
+    ("slips", "sticks", "start", "expected"),
+    [
+        ([0, 10], [5.0, 15.5], 0, [[10, 15.5]]),  # longer than the limit only
+        ([10], [8.0, 18.0], 1, [[1, 8], [10, 18]]),  # begun before
+        ([], [8.0], 1, [[1, 8]]),
+        ([3.0], [], 1, [[3, 20]]),  # goes on
+        ([], [], 0, []),
+    ],
+)
+def test_laminar_phases(slips, sticks, start, expected):
+    rows = [(time, 2, "slip") for time in slips] + [(time, 2, "stick") for time in sticks]
+    rows += [(time, 1, "stick") for time in range(20)]  # of another block
+    kind = [("time", float), ("block", int), ("kind", "U5")]
+    events = np.sort(np.array(rows, kind), order="time")
+    phases = intermittency.last_block_phases(events, 2, 5.0, start=start, stop=20)
+    assert phases.tolist() == expected and phases.shape[1:] == (2,)
 
 
 # --- sections -------------------------------------------------------------------------------------
@@ -224,8 +231,7 @@ def henon(size):
 
 @pytest.mark.parametrize(("rate", "period"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.83, 3), (3.55, 8)])
 def test_periods_of_the_logistic_map(rate, period):
-    orbit = logistic(rate, 120)
-    assert sections.find_period(orbit, tolerance=1e-4) == period
+    assert sections.find_period(1000 * np.round(logistic(rate, 120), 4)) == period
 
 
 def test_chaos_and_quasi_periodic_motion_have_no_period():

@@ -86,7 +86,7 @@ def coverage(names):
     places, truths, inside, errors = [], [], [], []
     for seed, name in enumerate(names):
         u, r, critical = made(RNG(seed), **STUDIES[name])
-        numbers = transition._fit(transition.Row.of(u, r)).numbers(8)
+        numbers = transition._fit(transition.Row.of(u, r))[0].numbers(8)
         width = PER_WIDTH * STUDIES[name]["w"]
         inside.append([covers(numbers["critical"], critical), covers(numbers["width"], width)])
         places.append(numbers["critical"])
@@ -150,7 +150,7 @@ def test_shares_by_a_logistic_curve_return_its_numbers(w):
     assert values["critical"] == pytest.approx(18, abs=0.15)
     assert values["width"] == pytest.approx(PER_WIDTH * w, rel=0.15)
     assert values["upper"] - values["lower"] == pytest.approx(values["width"], rel=0.05)
-    assert numbers["width"].low > 0 and values["dispersion"] == pytest.approx(1, abs=0.1)
+    assert numbers["width"].low > 0
 
 
 def test_strays_beyond_a_sharp_fall_do_not_move_it():
@@ -167,7 +167,6 @@ def test_places_that_go_one_way_together_count_as_one_toss():
     together = fall(*by_hand(share))
     spread = [row["critical"].high - row["critical"].low for row in (alone, together)]
     assert spread[1] > 1.5 * spread[0]
-    assert together["dispersion"].value > 2 * alone["dispersion"].value
 
 
 def test_a_fall_that_the_row_does_not_end_has_no_upper_end():
