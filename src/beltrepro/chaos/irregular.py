@@ -23,14 +23,7 @@ from beltrepro.observe.slips import SlipOrder
 from beltrepro.simulation.groups import Report, check_progress, in_groups, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import for_moments
-from beltrepro.simulation.setup import (
-    Case,
-    Chains,
-    check_duration,
-    columns,
-    setup_of,
-    with_setup,
-)
+from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
 
@@ -110,14 +103,14 @@ def time_to_orbit(
     made = setup_of(chains, setup)
     runs = [_Run(case, case.state.time) for case in made.cases]
     in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
+    report = progress or (lambda done: None)
     for begin, end in _windows(duration):
         left = [run for run in runs if not run.settled]
-        share = _part(progress, begin / duration, end / duration)
         if left:
             work = partial(_pass_window, left, end - begin, closed)
+            share = partial(_report_part, report, begin / duration, end / duration)
             in_groups([run.case for run in left], work, share, workers=made.workers)
-    if progress is not None:
-        progress(1.0)
+    report(1.0)
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -138,18 +131,17 @@ class _Run:
     growth: list[np.ndarray] = field(default_factory=list)  # rates of growth of its deviation
     deviation: np.ndarray | None = None  # the deviation now
     last_event: float = -np.inf  # instant of the last slip or stick
-    settled: bool = False  # whether its motion has settled
     motion: dict = field(default_factory=dict)  # what is known of it
+
+    @property
+    def settled(self) -> bool:
+        """Whether its motion has settled."""
+        return "state" in self.motion
 
     @property
     def followed(self) -> bool:
         """Whether a deviation goes along."""
         return self.case.method == METHOD and self.case.state.time - self.start < _FOLLOWED
-
-    def move_section(self, position: float) -> None:
-        """Note the returns to another section from now on."""
-        if np.isfinite(position):
-            self.section = position
 
     def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
         """Look for the end of the irregular motion in a window that has just been passed.
@@ -168,22 +160,23 @@ class _Run:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         if self.last_event <= middle or (closing and not events):
-            self._settle(EQUILIBRIUM, max(self.last_event, self.start))
+            lifetime = max(self.last_event, self.start) - self.start
+            self.motion |= {"state": EQUILIBRIUM, "lifetime": lifetime}
         elif closing and since <= middle:
-            self._settle(PERIODIC, since, **period)
+            self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
 
     def _closing(
         self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
     ) -> Recurrence | None:
         """The period of the returns in a window."""
-        if not scatters(self.case):
+        if not (distances := scatters(self.case)):
             return find_recurrence(states, times, closed=closed)
         late = int(np.sum(times > middle))
-        for distance in scatters(self.case):  # a narrow one first: it tells like returns apart
-            near: dict = {"distance": distance, "crossings": late}
-            if period := find_recurrence(states, times, closed=closed, **near):
-                return period
-        return None
+        periods = (  # a narrow distance first: it tells like returns apart
+            find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
+            for distance in distances
+        )
+        return next(filter(None, periods), None)
 
     def _repeats_since(self, period: int) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""
@@ -191,29 +184,21 @@ class _Run:
         broken = np.flatnonzero(blocks[period:] != blocks[:-period])
         return float(times[broken[-1] + 1]) if broken.size else self.start
 
-    def _settle(self, state: str, since: float, **period: float) -> None:
-        self.settled = True
-        self.motion |= {"state": state, "lifetime": since - self.start, **period}
-
     def row(self, duration: float, width: int) -> dict:
         """What `time_to_orbit` returns of it; width : numbers of the state of the longest chain."""
-        motion = _UNKNOWN | {"lifetime": duration} | self.motion
-        state = np.full(width, np.nan)
-        state[: motion["return_state"].size] = motion["return_state"]
-        return motion | {"settled": self.settled, "return_state": state} | self._exponent()
-
-    def _exponent(self) -> dict:
-        """The largest exponent of the irregular motion."""
+        motion = _UNKNOWN | {"lifetime": duration} | self.motion | {"settled": self.settled}
+        state = motion["return_state"]
+        motion["return_state"] = np.pad(state, (0, width - state.size), constant_values=np.nan)
+        # the largest exponent of the irregular motion
         rates = np.concatenate([np.empty((0, 1)), *self.growth])
         last = int(min(self.motion.get("lifetime", np.inf), len(rates) * INTERVAL) / INTERVAL)
         rates = rates[int(_ALIGNED / INTERVAL) : last][None]
-        if rates.shape[1] * INTERVAL < _SHORTEST:
-            return {"irregular_exponent": np.nan, "irregular_error": np.nan, "irregular_time": 0.0}
-        return {
-            "irregular_exponent": slopes(rates).item(),
-            "irregular_error": standard_errors(rates).item(),
-            "irregular_time": rates.shape[1] * INTERVAL,
-        }
+        time = rates.shape[1] * INTERVAL
+        numbers = np.nan, np.nan, 0.0
+        if time >= _SHORTEST:
+            numbers = slopes(rates).item(), standard_errors(rates).item(), time
+        names = "irregular_exponent", "irregular_error", "irregular_time"
+        return motion | dict(zip(names, numbers, strict=True))
 
 
 _UNKNOWN = {
@@ -236,9 +221,9 @@ def _windows(duration: float) -> Iterator[tuple[float, float]]:
         begin = end
 
 
-def _part(progress: Report | None, low: float, high: float) -> Report | None:
+def _report_part(report: Report, low: float, high: float, done: float) -> None:
     """Progress of a part of the work, from its share `low` to its share `high`."""
-    return progress and (lambda fraction: progress(low + (high - low) * fraction))
+    report(low + (high - low) * done)
 
 
 def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], report: Report) -> None:
@@ -248,7 +233,7 @@ def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], repo
     observe(integrator_of(cases), _FIRST_WINDOW, [moments], report)
     lengths = moments.result(cases[0].parameters.rest_positions[-1])
     for index, length in zip(group, lengths["mean_length"], strict=True):
-        runs[index].move_section(length)
+        runs[index].section = length
 
 
 def _pass_window(
@@ -263,11 +248,8 @@ def _pass_window(
     members = [runs[index] for index in group]
     chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
     width = len(members)
-    observers = moments, log, order = (
-        LengthMoments(width, middle),
-        ReturnLog(width),
-        SlipOrder(width),
-    )
+    moments, log, order = LengthMoments(width, middle), ReturnLog(width), SlipOrder(width)
+    observers = moments, log, order
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
         growth = grow(chains, length, observers, report)
@@ -283,8 +265,9 @@ def _pass_window(
             kept.append(slips)
         run.judge(log, lane, middle, closed)
         run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
-        if len(log.returns(lane)[0]) < _FEWEST and not run.settled:
-            run.move_section(lengths["mean_length"][lane])
+        few = len(log.returns(lane)[0]) < _FEWEST
+        if few and not run.settled and np.isfinite(run.motion["mean_length"]):
+            run.section = run.motion["mean_length"]
 
 
 def _integrator(members: list[_Run]) -> Integrator:

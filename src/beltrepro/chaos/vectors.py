@@ -20,11 +20,12 @@ _BATCHES = 32  # of the growth of one run, whose scatter is its error
 _SLOPE = 1.2  # variance of a slope of a random walk by least squares over that by its ends
 
 
-def check_method(cases: Sequence[Case]) -> None:
-    """That all cases are simulated by a method with a tangent dynamics."""
+def check_method(cases: Sequence[Case], noise_clock: str = "rest") -> None:
+    """That all cases are simulated by a method with a tangent dynamics, by a known clock."""
     for case in cases:
         if case.method != METHOD:
             raise InputError(f"method = {case.method!r}: only {METHOD!r} has a tangent dynamics")
+    names.one_of("noise_clock", noise_clock, INTEGRATORS)
 
 
 # --- what "the same noise" means for a second chain -----------------------------------------------
@@ -56,13 +57,8 @@ class LaboratoryIntegrator(TangentIntegrator):
     _hooks = tangent.HOOKS._replace(series_made=_hold_noise)
 
 
-REST, LABORATORY = "rest", "laboratory"
-_INTEGRATORS = {REST: TangentIntegrator, LABORATORY: LaboratoryIntegrator}
-
-
-def integrator_by(noise_clock: str) -> type[TangentIntegrator]:
-    """The integrator for a clock of the noise."""
-    return _INTEGRATORS[names.one_of("noise_clock", noise_clock, _INTEGRATORS)]
+REST = "rest"
+INTEGRATORS = {REST: TangentIntegrator, "laboratory": LaboratoryIntegrator}
 
 
 # --- vectors --------------------------------------------------------------------------------------
@@ -77,7 +73,7 @@ def with_vectors(
     noise_clock: str = REST,
 ) -> TangentIntegrator:
     """The chains that an integrator has advanced, with random orthonormal vectors, all the same."""
-    chains = integrator_by(noise_clock)(
+    chains = INTEGRATORS[noise_clock](
         before.state(),
         n_vectors=n_vectors,
         time_step=members[0].time_step,
@@ -97,24 +93,22 @@ def with_vectors(
 def grow(
     chains: TangentIntegrator, length: float, observers: Sequence, report: Callable[[float], None]
 ) -> np.ndarray:
-    """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals."""
+    """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals.
+
+    After each the vectors are made orthonormal.
+    """
     begin, count = chains.time, max(1, round(length / INTERVAL))
     growth: list[np.ndarray] = []
     for number in range(1, count + 1):
         for chunk in chains.advance(begin + number * length / count):
             for observer in observers:
                 observer.observe(chunk)
-        growth.append(_orthonormalise(chains))
+        directions, triangle = np.linalg.qr(chains.deviations())
+        chains.set_deviations(directions)
+        stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+        growth.append(np.log(np.maximum(stretch, np.finfo(float).tiny)))
         report(number / count)
     return np.stack(growth, axis=1) * (count / length)
-
-
-def _orthonormalise(chains: TangentIntegrator) -> np.ndarray:
-    """Make the vectors orthonormal; returns the logarithms (W, K) of their growth."""
-    directions, triangle = np.linalg.qr(chains.deviations())
-    chains.set_deviations(directions)
-    stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
-    return np.log(np.maximum(stretch, np.finfo(float).tiny))
 
 
 def slopes(growth: np.ndarray) -> np.ndarray:
@@ -148,8 +142,7 @@ def end_errors(growth: np.ndarray) -> np.ndarray:
     """
     count = growth.shape[1]
     finite = _finite(growth)
-    steps = finite - slopes(finite)[:, None]
-    about = np.cumsum(steps, axis=1).std(axis=1)
+    about = np.cumsum(finite - slopes(finite)[:, None], axis=1).std(axis=1)
     return about * np.sqrt(12 / count) / count
 
 
