@@ -223,17 +223,6 @@ def test_order_and_missing_values_do_not_matter():
         assert again[name].numbers == pytest.approx(estimate.numbers), name
 
 
-def test_phi_is_one_of_tosses_and_that_of_runs_alike_at_its_least():
-    tosses = transition.Row.of(np.repeat([1.0, 2, 3], [4, 8, 5]), np.zeros(17))
-    assert transition._phi(tosses, np.array([0, 1] * 8 + [1.0])) == pytest.approx(1)
-    assert transition._phi(tosses, np.full(17, 0.5)) == transition.LEAST_PHI
-    assert transition._phi(tosses, np.ones(17)) == 1  # none tell
-    third = np.array([0.5] * 4 + [0.2, 0.8] * 4 + [0.5] * 5)
-    # places of 4, 8 and 5 runs: 8 * s^2 over 4/4 + 8/4 + 5/4 and s^2, with s^2 = 0.72 / 7
-    by_hand = (0.25 + 8 * 0.72 / 7) / (0.25 + 17 / 4 + 0.72 / 7)
-    assert transition._phi(tosses, third) == pytest.approx(max(by_hand, transition.LEAST_PHI))
-
-
 def test_one_run_left_at_a_place_does_not_make_it_a_row_of_single_runs():
     """Where outliers are left out, one run may remain; the others still tell what is known."""
     u, r = by_hand((FIVE < 17.2).astype(float))

@@ -183,11 +183,7 @@ class Basins(Tabled):
 
 @with_setup
 def basins(
-    chains: Chains,
-    *,
-    duration: float,
-    progress: Report | None = None,
-    **setup: Any,
+    chains: Chains, *, duration: float, progress: Report | None = None, **setup: Any
 ) -> Basins:
     """On which attractor each of P chains ends, by where it begins.
 
