@@ -230,14 +230,6 @@ def test_words_of_one_branch(other, alike):
     assert words.slips_alike(begin, word(*other)) == alike
 
 
-def test_parts_of_a_word():
-    twice = word("1-", "1|", "2-", "2|") * 2
-    at = [symbol._replace(time=float(time)) for time, symbol in enumerate(twice)]
-    assert words.repeats(at, 8.0, 1e-6) == 2 and words.repeats(at[:4], 4.0, 1e-6) == 1
-    late = [*at[:-1], at[-1]._replace(time=7.01)]
-    assert (words.repeats(late, 8.0, 1e-6), words.repeats(late, 8.0, 0.01)) == (1, 2)
-
-
 @pytest.mark.parametrize(
     ("outside", "symbol", "appears", "at_once"),
     [

@@ -14,6 +14,7 @@ from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.chaos.continuation import QUANTITIES, OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import IRREGULAR, time_to_orbit
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, check_exact, close_orbit, states_at
+from beltrepro.chaos.vectors import part
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results
@@ -133,11 +134,6 @@ class Basins(Tabled):
         """Values (K,) of the quantity, rising."""
         return np.unique(self.runs[self.quantity])
 
-    @property
-    def labels(self) -> np.ndarray:
-        """Labels of all attractors."""
-        return np.unique([attractor.label for attractor in self.attractors])
-
     def _columns(self) -> dict[str, Any]:
         """What each attractor is, and the share of the starts that reach it with its interval."""
         rows = []
@@ -175,7 +171,7 @@ class Basins(Tabled):
         return picture.put(lambda: _draw(self), path, repr(self))
 
     def __repr__(self) -> str:
-        count, values = len(self.labels), self.values
+        count, values = len({one.label for one in self.attractors}), self.values
         span = f"{values[0]:g}" if values.size == 1 else f"{values[0]:g} to {values[-1]:g}"
         starts = len(self.runs["attractor"])
         return f"Basins({count} attractors of {starts} starts, {self.quantity} {span})"
@@ -220,11 +216,10 @@ def basins(
     check_exact(made.cases)
     quantity = _differing(made)
     check_progress(progress)
-    report = progress or (lambda done: None)
-    runs = time_to_orbit(made, duration=duration, progress=lambda done: report(_RUNS * done))
+    runs = time_to_orbit(made, duration=duration, progress=part(progress, 0, _RUNS))
     values = np.unique(runs[quantity])
     by_value = [_attractors(made, runs, quantity, value) for value in values.tolist()]
-    branches = _label(by_value, quantity, values, lambda done: report(_RUNS + (1 - _RUNS) * done))
+    branches = _label(by_value, quantity, values, part(progress, _RUNS, 1))
     attractors = [
         one for at_value in by_value for one in sorted(at_value, key=lambda one: one.label)
     ]

@@ -11,6 +11,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.chaos import periodic_orbits, words
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit
+from beltrepro.chaos.vectors import part
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LIMITS
@@ -56,19 +57,12 @@ class OrbitBranch(Tabled):
     """A periodic orbit along a constant of the chain: a branch of P orbits.
 
     An end is a `SpecialPoint`, with `parameter`, `kind`, `block` (from 1; 0 if it is no single one)
-    and a sentence, `text`. Its kind is one of these:
-
-    - "edge": of the range that was asked for;
-    - "grazing": a slipping block comes to touch the velocity of the belt, or no longer reaches it;
-      or the pull on a stuck block does so with the static friction. Beyond, there is no such orbit,
-      and multipliers say nothing of it before;
-    - "stick of no length": a stick shrinks to nothing between two slips, and the orbit does not
-      go on, or does not attract beyond;
-    - "fold": a multiplier becomes 1. The orbit meets another one, and both end;
-    - "period doubling": a multiplier becomes -1; or the orbit becomes twice one of half the period;
-    - "torus": a pair of complex multipliers leaves the unit circle;
-    - "contact": blocks meet, or a block and the wall;
-    - "lost": Newton's method fails for another reason.
+    and a sentence, `text`. Kinds are the "edge" of the range; "grazing", where a slipping block
+    comes to touch the velocity of the belt or no longer reaches it, or the pull on a stuck block
+    the static friction; "stick of no length", which shrinks to nothing between two slips; "fold",
+    "period doubling" and "torus", where a multiplier becomes 1 or -1, or a complex pair leaves the
+    unit circle; "contact" of two blocks, or of one with the wall; and "lost", where Newton's method
+    fails for another reason.
 
     Attributes
     ----------
@@ -212,7 +206,7 @@ def orbit_branch(
     begin = course.point(orbit)
     if words.repeats(begin.word, orbit.period_time, _MULTIPLE) > 1:
         raise InputError(f"orbit = {orbit!r}: is several periods of a shorter one")
-    report = progress or (lambda done: None)
+    report = part(progress, 0, 1)
     below, passed_below, lower_end = course.walk(begin, lower)
     report((begin.value - lower) / (upper - lower))
     above, passed_above, upper_end = course.walk(begin, upper)

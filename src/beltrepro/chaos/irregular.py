@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -12,8 +11,9 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
+from beltrepro.chaos import vectors
 from beltrepro.chaos.naming import NO_PERIOD, period_of
-from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
+from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model.friction import equivalent_displacement
@@ -103,14 +103,16 @@ def time_to_orbit(
     made = setup_of(chains, setup)
     runs = [_Run(case, case.state.time) for case in made.cases]
     in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
-    report = progress or (lambda done: None)
-    for begin, end in _windows(duration):
-        left = [run for run in runs if not run.settled]
-        if left:
-            work = partial(_pass_window, left, end - begin, closed)
-            share = partial(_report_part, report, begin / duration, end / duration)
-            in_groups([run.case for run in left], work, share, workers=made.workers)
-    report(1.0)
+    begin, left = 0.0, runs
+    while begin < duration and left:
+        longest = min(_LONGEST_WINDOW, _GROWTH * begin)
+        length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
+        end = min(duration, begin + length)
+        work = partial(_pass_window, left, end - begin, closed)
+        report = part(progress, begin / duration, end / duration)
+        in_groups([run.case for run in left], work, report, workers=made.workers)
+        begin, left = end, [run for run in left if not run.settled]
+    part(progress, 0, 1)(1.0)
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -196,7 +198,7 @@ class _Run:
         time = rates.shape[1] * INTERVAL
         numbers = np.nan, np.nan, 0.0
         if time >= _SHORTEST:
-            numbers = slopes(rates).item(), standard_errors(rates).item(), time
+            numbers = vectors.slopes(rates).item(), vectors.standard_errors(rates).item(), time
         names = "irregular_exponent", "irregular_error", "irregular_time"
         return motion | dict(zip(names, numbers, strict=True))
 
@@ -208,22 +210,6 @@ _UNKNOWN = {
     "mean_length": np.nan,
     "return_state": np.empty(0),
 }
-
-
-def _windows(duration: float) -> Iterator[tuple[float, float]]:
-    """Begin and end of the windows of a run."""
-    begin = 0.0
-    while begin < duration:
-        longest = min(_LONGEST_WINDOW, _GROWTH * begin)
-        length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
-        end = min(duration, begin + length)
-        yield begin, end
-        begin = end
-
-
-def _report_part(report: Report, low: float, high: float, done: float) -> None:
-    """Progress of a part of the work, from its share `low` to its share `high`."""
-    report(low + (high - low) * done)
 
 
 def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], report: Report) -> None:
@@ -252,7 +238,7 @@ def _pass_window(
     observers = moments, log, order
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
-        growth = grow(chains, length, observers, report)
+        growth = vectors.grow(chains, length, observers, report)
         for run, rates, deviation in zip(members, growth, chains.deviations(), strict=True):
             run.growth.append(rates)
             run.deviation = deviation
@@ -276,7 +262,7 @@ def _integrator(members: list[_Run]) -> Integrator:
     section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
     if not members[0].followed:
         return integrator_of(cases, section=section)
-    chains = with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
+    chains = vectors.with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
     deviations = [run.deviation for run in members if run.deviation is not None]
     if deviations:
         chains.set_deviations(np.stack(deviations))

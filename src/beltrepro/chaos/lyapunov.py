@@ -117,11 +117,9 @@ def lyapunov_spectrum(
     chains : ChainParameters, sequence of them, Grid or Setup
         One chain, of which several runs (`replicate=range(8), initial_spread=1`) tell the errors
         best; or P chains, which may differ in everything.
-    duration : float
-        Model time of each run, the transient included.
-    transient : float
-        The first part of it, which is not counted. The vectors turn to their directions in its last
-        fifth.
+    duration, transient : float
+        Model time of each run, and of its first part, which is not counted. The vectors turn to
+        their directions in the last fifth of that.
     n_exponents : int or None
         K, how many exponents, the largest; all 2N of the longest chain if not given.
     noise_clock : str
@@ -204,14 +202,12 @@ def _growth(
     before = integrator_of(members, sampling=vectors.NO_SAMPLES)
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
-        observe(before, alone, [], lambda done: report(done * alone / duration))
+        observe(before, alone, [], vectors.part(report, 0, alone / duration))
     chains = vectors.with_vectors(before, members, size, noise_clock=noise_clock)
     if transient > 0:
         grow(chains, transient - alone, [], lambda done: None)
     stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
-    counted = duration - transient
-    growth = grow(
-        chains, counted, [stuck], lambda done: report((transient + done * counted) / duration)
-    )
+    report = vectors.part(report, transient / duration, 1)
+    growth = grow(chains, duration - transient, [stuck], report)
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
     return {"most_stuck": stuck.most, "growth": np.where(erased[:, None], -np.inf, growth)}

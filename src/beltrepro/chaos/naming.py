@@ -80,11 +80,9 @@ def classify(
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
         One chain or P chains.
-    duration : float
-        Model time of each run, the transient included.
-    transient : float
-        The first part of it; the motion after it is judged. A period can be found that fits in
-        twice.
+    duration, transient : float
+        Model time of each run, and of its first part; the motion after that is judged. A period can
+        be found that fits in twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
     progress : callable, optional
@@ -125,17 +123,11 @@ def _judged(
     noise_clock: str,
 ) -> dict[str, np.ndarray]:
     """Name, period and exponent of each motion of a group: arrays (W,)."""
-    chains = _after(
-        members, transient, noise_clock, lambda done: report(done * transient / duration)
-    )
-    observed = duration - transient
+    observed, share = duration - transient, transient / duration
+    chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
     half = chains.time + (1 - _END) * observed
     moments, log = LengthMoments(len(members), chains.time), ReturnLog(len(members))
-
-    def report_after(done: float) -> None:
-        report((transient + done * observed) / duration)
-
-    growth = vectors.grow(chains, observed, [moments, log], report_after)
+    growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
     lengths = moments.result(members[0].parameters.rest_positions[-1])

@@ -14,7 +14,7 @@ import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method
+from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
@@ -144,11 +144,9 @@ def periodic_orbit(
     ----------
     chains : ChainParameters or Setup
         One run of one chain, without noise.
-    duration : float
-        Model time of the run, the transient included.
-    transient : float
-        The first part of it, in which the chain may settle. A period can be found that fits twice
-        in the rest.
+    duration, transient : float
+        Model time of the run, and of its first part, in which the chain may settle. A period can be
+        found that fits twice in the rest.
     progress : callable, optional
         Called with the fraction done.
     **setup
@@ -175,25 +173,14 @@ def periodic_orbit(
     if transient == 0:
         raise InputError("transient = 0: must be greater than 0, a chain needs time to settle")
     check_progress(progress)
-    report = progress or (lambda done: None)
-    settled = simulate(
-        made,
-        duration=transient,
-        transient=transient / 2,
-        sample_interval=None,
-        progress=lambda done: report(done * transient / duration),
-    )
+    observed, share = duration - transient, transient / duration
+    how: dict = {"transient": transient / 2, "sample_interval": None}
+    settled = simulate(made, duration=transient, progress=part(progress, 0, share), **how)
     settled = settled[0] if isinstance(settled, list) else settled
-    observed = duration - transient
-    log = ReturnLog(1)
     # every motion comes down through its mean length again and again
+    length, log, report = settled.mean_length, ReturnLog(1), part(progress, share, 1)
     chain = _advanced(
-        settled.final_state,
-        observed,
-        case.tolerance,
-        log,
-        length=settled.mean_length,
-        report=lambda done: report((transient + done * observed) / duration),
+        settled.final_state, observed, case.tolerance, log, length=length, report=report
     )
     times, states, _ = log.returns(0)
     recurrence = find_recurrence(states, times)

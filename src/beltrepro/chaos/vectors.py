@@ -1,6 +1,6 @@
 """Deviation vectors of a group of chains: how they start, grow and are kept apart."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.vector import inlined
+from beltrepro.simulation.groups import Report
 from beltrepro.simulation.setup import Case
 
 METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
@@ -26,6 +27,16 @@ def check_method(cases: Sequence[Case], noise_clock: str = "rest") -> None:
         if case.method != METHOD:
             raise InputError(f"method = {case.method!r}: only {METHOD!r} has a tangent dynamics")
     names.one_of("noise_clock", noise_clock, INTEGRATORS)
+
+
+def part(progress: Report | None, low: float, high: float) -> Report:
+    """Report of a part of the work, from its share `low` to its share `high`."""
+
+    def report(done: float) -> None:
+        if progress is not None:
+            progress(low * (1 - done) + high * done)
+
+    return report
 
 
 # --- what "the same noise" means for a second chain -----------------------------------------------
@@ -91,7 +102,7 @@ def with_vectors(
 
 
 def grow(
-    chains: TangentIntegrator, length: float, observers: Sequence, report: Callable[[float], None]
+    chains: TangentIntegrator, length: float, observers: Sequence, report: Report
 ) -> np.ndarray:
     """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals.
 

@@ -49,6 +49,7 @@ DRAWS = 2000
 AS_LIKELY = np.exp(-1.92)  # of the best: what a 95 % interval holds
 
 MINIMUM_RISE = 1.3
+MINIMUM_PLACES = 5
 LEAST_RUNS = 4  # at each noise
 # How far a number may be off by the grid alone, in spacings: a jump between two points has its
 # edges anywhere between them.
@@ -71,7 +72,7 @@ class Row:
     @classmethod
     def of(cls, belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> Row:
         """The finite runs of a row."""
-        u, r = _in_order(belt_velocity, disorder)
+        u, r = _in_order(belt_velocity, disorder, MINIMUM_POINTS)
         return cls(u, r[np.lexsort((r, u))], *np.unique(u, return_index=True, return_counts=True))
 
     @property
@@ -121,7 +122,6 @@ def fall(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Est
     plateaus and contrast alone are known, if the contrast may lie below MINIMUM_CONTRAST.
     """
     row = Row.of(belt_velocity, disorder)
-    _require_points(row.places, MINIMUM_POINTS)
     require(row.count.max() > 1, "one run at each point, 2 are needed")
     numbers = dict.fromkeys(QUANTITIES, estimates.absent(row.runs))
     fit = _fit(row)
@@ -282,7 +282,7 @@ def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
 
     Runs are drawn anew at each place by itself, since those of two places are independent.
     """
-    noise, disorder = _in_order(noise, disorder)
+    noise, disorder = _in_order(noise, disorder, MINIMUM_PLACES)
     best = find_rise(noise, disorder)
     places, count = np.unique(noise, return_counts=True)
     if count.max() == 1:
@@ -294,16 +294,12 @@ def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
     require(least >= LEAST_RUNS, f"{least} runs at a point, {LEAST_RUNS} are needed")
     redrawn = _redrawn(noise, np.random.default_rng(0))
     samples = [find_rise(noise, disorder[drawn]) for drawn in redrawn]
-    spacing = _spacing(places, best)
-    return {
-        name: estimates.from_resamples(
-            value,
-            np.array([sample[name] for sample in samples]),
-            least,
-            grid_spacing=ON_THE_GRID.get(name, 0.0) * spacing,
-        )
-        for name, value in best.items()
-    }
+    numbers, spacing = {}, _spacing(places, best)
+    for name, value in best.items():
+        values = np.array([sample[name] for sample in samples])
+        off = ON_THE_GRID.get(name, 0.0) * spacing
+        numbers[name] = estimates.from_resamples(value, values, least, grid_spacing=off)
+    return numbers
 
 
 def find_rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, float]:
@@ -315,9 +311,8 @@ def find_rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, float]
     10 % and 90 % of the rise (linear between grid points). There is no transition, and all but the
     levels NaN, when r_high < MINIMUM_RISE * r_low.
     """
-    noise, disorder = _in_order(noise, disorder)
+    noise, disorder = _in_order(noise, disorder, MINIMUM_PLACES)
     places, place = np.unique(noise, return_inverse=True)
-    _require_points(places, 5)
     middle = best_step(noise, disorder, falling=False)
     numbers = dict.fromkeys(QUANTITIES, np.nan)
     if not np.isfinite(middle):
@@ -358,15 +353,14 @@ def contrast_of_step(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> f
 
     The levels are medians between half the position of the step and it, and up to twice it.
     """
-    u, r = _in_order(belt_velocity, disorder)
-    _require_points(np.unique(u), MINIMUM_POINTS)
+    u, r = _in_order(belt_velocity, disorder, MINIMUM_POINTS)
     place = best_step(u, r, falling=True)
     if not np.isfinite(place):
         return np.nan
-    before, after = (u <= place) & (u >= place / 2), (u >= place) & (u <= 2 * place)
-    if not before.any() or not after.any():
+    before, after = r[(u <= place) & (u >= place / 2)], r[(u >= place) & (u <= 2 * place)]
+    if not before.size or not after.size:
         return np.nan
-    return float(np.median(r[before]) / np.median(r[after]))
+    return float(np.median(before) / np.median(after))
 
 
 def best_step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
@@ -391,12 +385,13 @@ def _medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     return (in_order[row, (count - 1) // 2] + in_order[row, count // 2]) / 2
 
 
-def _in_order(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+def _in_order(
+    abscissa: npt.ArrayLike, ordinate: npt.ArrayLike, minimum: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The finite points along a curve, at so many places at least."""
     pairs = np.array([abscissa, ordinate], dtype=float)
     pairs = pairs[:, np.isfinite(pairs).all(axis=0)]
     x, y = pairs[:, np.argsort(pairs[0], kind="stable")]
+    places = np.unique(x).size
+    require(places >= minimum, f"{places} points along the curve, {minimum} are needed")
     return x, y
-
-
-def _require_points(places: np.ndarray, minimum: int) -> None:
-    require(places.size >= minimum, f"{places.size} points along the curve, {minimum} are needed")
