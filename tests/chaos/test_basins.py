@@ -1,11 +1,9 @@
 """Basins: closed answers, the two motions at u = 15, labels along the belt velocity."""
 
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgba
 
 from beltrepro import (
     ChainParameters,
@@ -17,7 +15,6 @@ from beltrepro import (
     slipping_state,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos import basins_picture
 from beltrepro.chaos.basins import Attractor, Basins
 from beltrepro.chaos.periodic_orbits import close_orbit
 from beltrepro.stats import estimates
@@ -67,28 +64,22 @@ def two():
 
 
 def test_an_orbit_keeps_its_label_and_is_there_where_no_start_reaches_it(two):
-    assert two.branches
+    assert repr(two) == "Basins(3 attractors of 4 starts, belt_velocity 18 to 23)"
     for label, branch in two.branches.items():
         inside = [value for value in two.values if branch.lower <= value <= branch.upper]
         ones = [attractor for attractor in two.attractors if attractor.label == label]
         assert [one.value for one in ones] == inside
-        slips = {one.period_events for one in ones}
-        assert slips == {branch.orbits[0].period_events}
+        assert {one.period_events for one in ones} == {branch.orbits[0].period_events}
     for value in two.values:
         here = [one for one in two.attractors if one.value == value]
         assert sum(one.reached_by for one in here) == 1 == here[0].starts
         assert len({one.label for one in here}) == len(here)
-
-
-def test_the_orbit_that_no_start_reached_is_there(two):
     unseen = next(one for one in two.attractors if one.reached_by == 0)
     again = close_orbit(unseen.orbit.state, unseen.period_time)
     assert again.period_time == pytest.approx(unseen.period_time, rel=1e-12)
     assert abs(again.largest_multiplier) < 1
-    branch = two.branches[unseen.label]
-    whole = orbit_branch(again, lower=18.0, upper=23.0)
-    ends = branch.lower, branch.upper
-    assert (whole.lower, whole.upper) == pytest.approx(ends, rel=1e-7)
+    branch, whole = two.branches[unseen.label], orbit_branch(again, lower=18.0, upper=23.0)
+    assert (whole.lower, whole.upper) == pytest.approx((branch.lower, branch.upper), rel=1e-7)
 
 
 def test_shares_do_not_depend_on_the_order_of_the_starts():
@@ -104,13 +95,25 @@ def test_shares_do_not_depend_on_the_order_of_the_starts():
         assert one.period_time == pytest.approx(other.period_time, rel=1e-12)
 
 
-def test_picture_of_one_value_and_of_several(two, tmp_path):
-    for number, one in enumerate((two, basins(ChainParameters(1, 5.0), duration=3000.0))):
-        figure = one.plot(tmp_path / f"{number}.png")
-        assert (tmp_path / f"{number}.png").stat().st_size > 5000
-        bars = sum(bar.get_height() for bar in figure.axes[1].patches)
-        assert bars == pytest.approx(one.values.size)
-    assert repr(two) == "Basins(3 attractors of 4 starts, belt_velocity 18 to 23)"
+@pytest.mark.parametrize("several", [True, False])
+def test_the_picture_draws_the_numbers_of_the_attractors(two, several, tmp_path):
+    one = two if several else basins(ChainParameters(1, 5.0), duration=3000.0)
+    disorder, shares = one.plot(tmp_path / "basins.png").axes
+    assert (tmp_path / "basins.png").stat().st_size > 5000
+    for branch, line in zip(one.branches.values(), disorder.lines, strict=True):
+        points = [[orbit.parameters.belt_velocity, orbit.disorder_parameter]
+                  for orbit in branch.orbits]  # fmt: skip
+        assert line.get_xydata().tolist() == points
+    points = [point for marks in disorder.collections for point in marks.get_offsets().tolist()]
+    assert sorted(points) == sorted([a.value, a.disorder_parameter] for a in one.attractors)
+    below = dict.fromkeys(one.values, 0.0)
+    for attractor, bar in zip(one.attractors, shares.patches, strict=True):
+        place = bar.get_x() + bar.get_width() / 2, bar.get_y(), bar.get_height()
+        share = attractor.reached_by / attractor.starts
+        assert place == pytest.approx((attractor.value, below[attractor.value], share))
+        assert bar.get_width() == pytest.approx(0.8)  # of the least distance
+        below[attractor.value] += share
+    assert set(below.values()) == {1.0}
 
 
 @pytest.mark.parametrize(
@@ -130,92 +133,34 @@ def test_what_has_no_basins_is_refused(chains, words):
 
 # --- made-up motions ------------------------------------------------------------------------------
 
-SEVEN = {18.0: {1: 4, 2: 3}, 19.0: {1: 2, 2: 0, 8: 5}, 21.0: {2: 6, 3: 1}}  # starts by label
-STATES = {1: "periodic", 2: "periodic", 3: "equilibrium slip", 8: "irregular"}
-
-
-def made_up(shares):
-    """Basins of seven starts at each value, with two branches."""
-    attractors = [
-        Attractor(value, label, STATES[label], reached, 7, 10.0 * label + value, 3 * label,
-                  label / value, 60.0 + label, SimpleNamespace(largest_multiplier=-label / 9)
-                  if STATES[label] == "periodic" else None)
-        for value, labels in shares.items() for label, reached in labels.items()
-    ]  # fmt: skip
-    runs = {name: np.repeat(list(shares), 7) for name in ("belt_velocity", "attractor")}
-    places = {1: [18.0, 18.7, 19.5], 2: [18.0, 20.0, 20.5, 21.0]}
-    branches = {
-        label: SimpleNamespace(parameter=np.array(u), disorder_parameter=label / np.array(u))
-        for label, u in places.items()
-    }
-    return Basins("belt_velocity", tuple(attractors), branches, runs)
-
-
-def test_the_picture_draws_the_numbers_of_the_attractors():
-    basins = made_up(SEVEN)
-    disorder, shares = basins_picture.draw(basins).axes
-    colours = {}
-    for (label, branch), line in zip(basins.branches.items(), disorder.lines, strict=True):
-        assert line.get_xydata().tolist() == np.transpose(
-            [branch.parameter, branch.disorder_parameter]).tolist()  # fmt: skip
-        colours[label] = to_rgba(line.get_color())
-    dots = {marks.get_label(): marks for marks in disorder.collections}
-    assert set(dots) == set(STATES.values())
-    for state, marks in dots.items():
-        those = [one for one in basins.attractors if one.state == state]
-        points = [[one.value, one.disorder_parameter] for one in those]
-        assert marks.get_offsets().tolist() == points
-        for one, colour in zip(those, marks.get_facecolor(), strict=True):
-            assert colours.setdefault(one.label, tuple(colour)) == tuple(colour)
-    assert colours[1] == colours[8] and len(set(colours.values())) == 3  # told again after seven
-    assert (disorder.get_xlabel(), disorder.get_ylabel(), disorder.get_yscale()) == (
-        "$u$", "$r$", "log")  # fmt: skip
-    bars = iter(shares.patches)
-    for value, labels in SEVEN.items():
-        below = 0.0
-        for label, reached in labels.items():
-            bar = next(bars)
-            place = bar.get_x() + bar.get_width() / 2, bar.get_y(), bar.get_height()
-            assert place == pytest.approx((value, below, reached / 7))
-            assert bar.get_width() == pytest.approx(0.8)  # of the least distance
-            assert bar.get_facecolor() == colours[label]
-            below += reached / 7
-    assert shares.get_ylim() == (0, 1)
-
 
 @pytest.mark.parametrize(("gap", "groups"), [(0.8, [[1, 2, 4, 6]]), (1.2, [[4], [1, 6], [2]])])
 def test_irregular_motions_with_a_gap_between_their_r_are_several(gap, groups):
     steps = np.array([9, 1, 2, 9, 0, 9, 1])  # rows 0, 3 and 5 are of another value
-    r = 0.05 * np.exp(gap * 0.5 * steps)
-    runs = {"disorder_parameter": r, "mean_length": 60.0 + steps, "state": ["irregular"] * 7}
-    runs |= {"period_time": [np.nan] * 7, "period_events": [0] * 7}
-    motions = attraction._irregular(runs, np.array([1, 2, 4, 6]))
-    assert [sorted(motion.starts) for motion in motions] == groups
-    for motion, rows in zip(motions, groups, strict=True):
-        assert motion.disorder_parameter == pytest.approx(np.mean(r[rows]))
-        assert motion.mean_length == pytest.approx(60 + np.mean(steps[rows]))
+    runs = {"disorder_parameter": 0.05 * np.exp(gap * 0.5 * steps)}
+    parts = attraction._parted(runs, np.array([1, 2, 4, 6]))
+    assert [sorted(part) for part in parts] == groups
 
 
-def motion(state="irregular", r=0.1, length=60.0, **more):
-    return attraction._Motion(state, np.nan, 0, r, length, **more)
+def made_up(state="irregular", r=0.1, length=60.0, **more):
+    return Attractor(18.0, 7, state, np.nan, 0, r, length, **more)
 
 
 @pytest.mark.parametrize(("share", "same"), [(0.8, True), (1.2, False)])
 def test_motions_without_orbit_go_on_at_the_next_value_where_alike(share, same):
-    def labels(*by_value):
-        attraction._spread(by_value[0][0], 7, 0, list(by_value))
+    def labels(begin, *by_value):
+        begin.label = 7
+        attraction._spread(begin, list(by_value))
         return [[one.label for one in motions] for motions in by_value]
 
-    r = [0.1 * np.exp(share * 0.5 * step) for step in (0, 1, 2)]
-    further = [7, 7] if same else [0, 0]
-    others = motion(r=0.5), motion("equilibrium slip"), motion("periodic"), motion(label=2)
-    assert labels([motion()], [*others, motion(r=r[1])], [motion(r=r[2])]) == [
-        [7], [0, 0, 0, 2, further[0]], further[1:]]  # fmt: skip
+    further = [7] if same else [0]
+    r = [0.1 * np.exp(share * 0.5 * step) for step in (1, 2)]
+    others = made_up(r=0.5), made_up("equilibrium slip"), made_up("periodic"), made_up(label=2)
+    assert labels(made_up(), [*others, made_up(r=r[0])], [made_up(r=r[1])]) == [
+        [0, 0, 0, 2, *further], further]  # fmt: skip
     # <x_N> in its deviations, r <x_N> of the smaller
-    long = motion(length=60.0 * (1 + share * 0.5 * 0.1))
-    assert labels([motion()], [long]) == [[7], further[:1]]
+    assert labels(made_up(), [made_up(length=60.0 * (1 + share * 0.5 * 0.1))]) == [further]
     # the nearest of two; a value without any is passed over; slip without stick is one family
-    near, nearer = motion(r=0.08), motion(r=0.11)
-    assert labels([motion()], [], [near, nearer]) == [[7], [], [0, 7]]
-    assert labels([motion("equilibrium slip", r=0.01)], [motion("equilibrium slip", r=0.4)]) == [
-        [7], [7]]  # fmt: skip
+    assert labels(made_up(), [], [made_up(r=0.08), made_up(r=0.11)]) == [[], [0, 7]]
+    slip = made_up("equilibrium slip", r=0.01), made_up("equilibrium slip", r=0.4)
+    assert labels(slip[0], [slip[1]]) == [[7]]

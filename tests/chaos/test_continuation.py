@@ -91,24 +91,6 @@ def test_one_block_ends_where_it_meets_the_wall():
     assert 71.4 * one.lower - swing == pytest.approx(-chain.rest_length, abs=1e-5)
 
 
-@pytest.mark.slow
-def test_a_branch_scales_with_all_lengths(grazing):
-    """Lengths, velocities and forces by one factor, and time stays."""
-    begin = grazing.orbits[len(grazing.orbits) // 2]
-    lengths = ("belt_velocity", "static_friction", "rest_length", "linear_limit")
-    sizes = {name: 2 * getattr(begin.parameters, name) for name in lengths}
-    rates = {name: getattr(begin.parameters, name) / 2 for name in RATES}
-    chain = replace(begin.parameters, **sizes, **rates)
-    state = ChainState.in_motion(chain, 2 * begin.state.positions, 2 * begin.state.velocities)
-    large = orbit_branch(close_orbit(state, begin.period_time), lower=30, upper=60)
-    assert large.lower / 2 == pytest.approx(grazing.lower, abs=1e-6)
-    assert large.upper / 2 == pytest.approx(grazing.upper, abs=1e-6)
-    assert large.lower_end[1:] == grazing.lower_end[1:]
-    middle = [np.interp(19.5 * size, one.parameter, one.period_time)
-              for size, one in ((1, grazing), (2, large))]  # fmt: skip
-    assert middle[0] == pytest.approx(middle[1], rel=1e-3)
-
-
 # --- ends, beside direct simulation ---
 
 
@@ -122,7 +104,10 @@ def test_period_doubling_is_where_deviations_stop_to_shrink(branch):
         orbit = close_orbit(begin, branch.period_time[0])
         apart = np.diff(periods_after(orbit, value, 40, 1e-4) - orbit.state.displacements)[:, 0]
         assert np.all(apart[1:] * apart[:-1] < 0)
-        assert (abs(apart[-1]) > abs(apart[0])) == grows
+        assert (abs(apart[-1]) > abs(apart[0])) == grows == (orbit.exponent > 0)
+        ratio = abs(apart[-1] / apart[0]) ** (1 / 39)
+        assert ratio == pytest.approx(-orbit.largest_multiplier.real, abs=2e-3)
+        assert orbit.trivial == grows  # the trivial one is the largest where it attracts
 
 
 @pytest.mark.slow
@@ -243,14 +228,6 @@ def test_a_reversal_is_no_stick():
 def test_words_of_one_branch(other, alike):
     begin = word("1-", "2-", "1|", "2|", "1+", "1|")
     assert words.slips_alike(begin, word(*other)) == alike
-
-
-def test_parts_of_a_word():
-    twice = word("1-", "1|", "2-", "2|") * 2
-    at = [symbol._replace(time=float(time)) for time, symbol in enumerate(twice)]
-    assert words.repeats(at, 8.0, 1e-6) == 2 and words.repeats(at[:4], 4.0, 1e-6) == 1
-    late = [*at[:-1], at[-1]._replace(time=7.01)]
-    assert (words.repeats(late, 8.0, 1e-6), words.repeats(late, 8.0, 0.01)) == (1, 2)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """Lyapunov exponents: closed forms, twins followed by `simulate`, and errors on made-up growth."""
 
 import dataclasses
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from advancing import sliding
 from beltrepro import (
     ChainParameters,
     ChainState,
-    LyapunovSpectrum,
     Setup,
     lyapunov_spectrum,
 )
@@ -216,18 +214,6 @@ def test_the_error_of_a_mean_of_few_runs_covers_its_scatter(runs):
     mean, error = _mean_of_runs(growth, np.ones((3, 2)))
     assert mean[1] == -np.inf and error[1] == 0.0 and mean[0] == pytest.approx(0.2)
     assert _mean_of_runs(growth[1:2], np.ones((1, 2)))[1].tolist() == [1.0, 1.0]
-
-
-def spectrum_of(growth, interval=20.0):
-    """A spectrum with made-up growth (R, T, K)."""
-    runs, errors, stuck = slopes(growth), np.zeros(growth.shape[2]), np.full(len(growth), 7)
-    chain = ChainParameters(7, 10.0)
-    return LyapunovSpectrum(chain, runs.mean(axis=0), errors, runs, growth, interval, stuck)
-
-
-def test_the_trivial_exponent_may_not_be_among_those_asked_for():
-    growth = 0.3 + 1e-3 * np.random.default_rng(1).standard_normal((1, 100, 1))
-    assert replace(spectrum_of(growth), standard_error=np.array([1e-4])).trivial is None
 
 
 def test_slopes_are_those_of_least_squares():

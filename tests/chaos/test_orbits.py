@@ -102,30 +102,6 @@ def test_any_instant_of_the_orbit_will_do(five):
         assert orbit.multipliers == pytest.approx(five.multipliers, abs=1e-9)
 
 
-def test_an_orbit_that_does_not_attract_is_followed_to(two):
-    """The orbit of three slips at u = 5, followed to u = 1: its multiplier passes -1 on the way.
-
-    There a run from beside it moves away, to one side and the other in turn.
-    """
-    orbit = two
-    for belt_velocity in (4.0, 3.0, 2.5, 2.0, 1.75, 1.5, 1.25, 1.1, 1.0):
-        state = orbit.state.under(ChainParameters(2, belt_velocity))
-        orbit = close_orbit(state, orbit.period_time)
-        assert orbit.period_events == 3 and orbit.residual < 1e-13
-        assert (abs(orbit.largest_multiplier) > 1) == (belt_velocity < 1.24)
-    assert orbit.largest_multiplier.real < -1 and orbit.exponent > 0
-    assert orbit.trivial == 1  # the trivial one is not the largest
-    beside = orbit.state.moved(positions=orbit.state.positions + np.array([0.0, 1e-3]))
-    stretch = [np.diff(beside.displacements)[0]]
-    for _ in range(40):
-        beside = after(beside, orbit.period_time)
-        stretch.append(np.diff(beside.displacements)[0])
-    apart = np.array(stretch) - np.diff(orbit.state.displacements)[0]
-    assert np.all(apart[1:] * apart[:-1] < 0)
-    ratio = (apart[-1] / apart[0]) ** (1 / 40)
-    assert ratio == pytest.approx(abs(orbit.largest_multiplier), abs=1e-3)
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

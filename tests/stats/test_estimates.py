@@ -94,55 +94,25 @@ def test_a_slope_covers_and_scatter_widens_it():
         estimates.slope([1, 2], [Estimate(1, 0, 2), Estimate(1, 0, 2)])
 
 
-@pytest.mark.parametrize("scatter", [0.0, 3.0])
-def test_a_slope_is_that_of_least_squares_weighted_by_the_errors(scatter):
-    """Points of errors that differ by far; the one of the least error is not in the middle."""
-    places, errors = np.array([0.0, 1.0, 2.5, 3.0, 7.0]), np.array([1.0, 0.05, 0.4, 2.0, 0.2])
-    values = 2 - 0.7 * places + scatter * errors * np.array([1, -1, 1, 1, -1])
-    points = [
-        Estimate(v, v - 1.9599639845 * e, v + 1.9599639845 * e, 8)
-        for v, e in zip(values, errors, strict=True)
-    ]
-    cov = True if scatter else "unscaled"
-    (slope, _), covariance = np.polyfit(places, values, 1, w=1 / errors, cov=cov)
-    estimate = estimates.slope(places, points)
-    assert estimate.value == pytest.approx(slope)
-    assert (estimate.high - estimate.low) / 2 == pytest.approx(
-        1.9599639845 * covariance[0, 0] ** 0.5
-    )
-
-
 def test_a_trend_is_the_slope_of_least_squares_with_the_errors_of_its_points():
     places = [5, 6, 7, 10]
     points = [Estimate(v, v - 0.1, v + 0.3, 8) for v in (1.0, 3.0, 2.0, 0.0)]
     estimate = estimates.trend(places, points)
-    shares = (np.array(places) - 7) / 14
+    rises = (np.array([10]) - 7) / 14, (np.array([5, 6]) - 7) / 14
     assert estimate.value == pytest.approx(np.polyfit(places, [1, 3, 2, 0], 1)[0])
-    assert estimate.high - estimate.value == pytest.approx(
-        math.hypot(*(0.3 * shares[shares > 0]), *(0.1 * shares[shares < 0]))
-    )
-    assert estimate.value - estimate.low == pytest.approx(
-        math.hypot(*(0.1 * shares[shares > 0]), *(0.3 * shares[shares < 0]))
-    )
+    sides = estimate.value - estimate.low, estimate.high - estimate.value
+    for side, (up, down) in zip(sides, ((0.1, 0.3), (0.3, 0.1)), strict=True):
+        assert side == pytest.approx(math.hypot(*(up * rises[0]), *(down * rises[1])))
     # one in the middle has no weight, one elsewhere has
     unknown = Estimate(1.0, -math.inf, math.inf, 1)
     middle = estimates.trend(places, [*points[:2], unknown, points[3]])
     assert math.isfinite(middle.low) and middle.runs == 1
     assert estimates.trend(places, [unknown, *points[1:]]).high == math.inf
-    with pytest.raises(NotEnoughDataError, match="2 points, 3 are needed for a trend"):
-        estimates.trend([1, 2], points[:2])
 
 
 def test_single_runs_have_no_error_to_resample():
-    estimate = estimates.bootstrap(
-        lambda *groups: float(sum(map(np.mean, groups))), [[1.0], [2, 3]]
-    )
-    assert (estimate.value, estimate.low, estimate.high, estimate.runs) == (
-        3.5,
-        -math.inf,
-        math.inf,
-        1,
-    )
+    estimate = estimates.bootstrap(lambda one, two: one.mean() + two.mean(), [[1.0], [2.0, 3.0]])
+    assert estimate == Estimate(3.5, -math.inf, math.inf, 1)
 
 
 @pytest.mark.parametrize("runs", [5, 30])
@@ -155,20 +125,3 @@ def test_intervals_hold_the_true_share_as_often_as_they_say(runs):
         assert chance @ held >= 0.95 and all(one.low <= one.value <= one.high for one in numbers)
     both = estimates.share(1, runs, 3)
     assert (both.low, both.high) == (estimates.share(1, runs).low, estimates.share(4, runs).high)
-
-
-@pytest.mark.parametrize(
-    ("numbers", "words"),
-    [
-        ((1.2345, 1.1, 1.36, 4), "1.23 (1.1 to 1.36)"),
-        ((1.2345, math.nan, math.nan, 4), "1.23 (error not known)"),
-        ((1.2345, 1.1, math.inf, 4), "1.23 (1.1 or more)"),
-        ((1.2345, -math.inf, 1.36, 4), "1.23 (1.36 or less)"),
-        ((1.2345, -math.inf, math.inf, 1), "1.23 (one run)"),
-        ((math.nan, math.nan, math.nan, 4), "not found"),
-        ((1.0, 1.0, 1.0), "yes"),
-        ((1.0, 1.0, 1.0, 4), "1"),
-    ],
-)
-def test_words_name_what_is_known(numbers, words):
-    assert estimates.Estimate(*numbers).words == words

@@ -81,10 +81,6 @@ def test_a_velocity_density_by_hand():
     np.testing.assert_allclose(result[:, 1], [0, 2 / 3, 0, 4 / 3])
     one = {"belt_velocity": np.array([3.0]), "section_velocity": np.array([[1.0]])}
     assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [2.5, 3.5]
-    blank = {"belt_velocity": np.ones(1), "section_velocity": np.full((1, 3), np.nan)}
-    assert np.isnan(measure.velocity_density(blank, bins=2, range=(0, 2))[2]).all()
-    none = {"belt_velocity": np.empty(0), "section_velocity": np.empty((0, 3))}
-    assert measure.velocity_density(none, bins=2, range=(0, 2))[2].shape == (2, 0)
 
 
 # --- intermittency --------------------------------------------------------------------------------
@@ -101,16 +97,23 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
     assert wide.tolist() == [True] * 4 + [False] * 2
 
 
-def test_laminar_phases_longer_than_the_limit_only():
-    phases = intermittency.laminar_phases([0, 10], [5.0, 15.5], 5.0, start=0, stop=20)
-    assert phases.tolist() == [[10, 15.5]]
-    begun_before = intermittency.laminar_phases([10], [8.0, 18.0], 5.0, start=1, stop=20)
-    assert begun_before.tolist() == [[1, 8], [10, 18]]
-    without_start = intermittency.laminar_phases([], [8.0], 5.0, start=1, stop=20)
-    assert without_start.tolist() == [[1, 8]]
-    goes_on = intermittency.laminar_phases([3.0], [], 5.0, start=1, stop=20)
-    assert goes_on.tolist() == [[3, 20]]
-    assert intermittency.laminar_phases([], [], 5.0, start=0.0, stop=1.0).shape == (0, 2)
+@pytest.mark.parametrize(
+    ("slips", "sticks", "start", "expected"),
+    [
+        ([0, 10], [5.0, 15.5], 0, [[10, 15.5]]),  # longer than the limit only
+        ([10], [8.0, 18.0], 1, [[1, 8], [10, 18]]),  # begun before
+        ([], [8.0], 1, [[1, 8]]),
+        ([3.0], [], 1, [[3, 20]]),  # goes on
+        ([], [], 0, []),
+    ],
+)
+def test_laminar_phases(slips, sticks, start, expected):
+    rows = [(time, 2, "slip") for time in slips] + [(time, 2, "stick") for time in sticks]
+    rows += [(time, 1, "stick") for time in range(20)]  # of another block
+    kind = [("time", float), ("block", int), ("kind", "U5")]
+    events = np.sort(np.array(rows, kind), order="time")
+    phases = intermittency.last_block_phases(events, 2, 5.0, start=start, stop=20)
+    assert phases.tolist() == expected and phases.shape[1:] == (2,)
 
 
 # --- sections -------------------------------------------------------------------------------------
@@ -152,17 +155,6 @@ def test_rows_tell_noise_levels_and_order_replicates():
     assert column["replicate"].tolist() == [0, 1, 0]
     del table["replicate"]
     assert sections.rows(table, n_blocks=5, noise=0.3)["belt_velocity"].tolist() == [1, 1, 2, 2]
-    kept = sections.select(row, row["replicate"] == 1)
-    assert kept["belt_velocity"].tolist() == [1, 2]
-
-
-def test_replicates_at_each_place():
-    """What is no number, and places without any, are left out."""
-    places, values = [2.0, 1, 1, 1, 3, 2], [5.0, 1, np.nan, 4, np.inf, 5]
-    spread = sections.spread(places, values)
-    expected = [[1, 2], [1, 5], [2.5, 5], [4, 5], [2.5, 5]]
-    assert [column.tolist() for column in spread] == expected
-    assert [column.size for column in sections.spread([], [])] == [0] * 5
 
 
 # --- states ---------------------------------------------------------------------------------------
@@ -224,69 +216,40 @@ def henon(size):
 
 @pytest.mark.parametrize(("rate", "period"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.83, 3), (3.55, 8)])
 def test_periods_of_the_logistic_map(rate, period):
-    orbit = logistic(rate, 120)
-    assert sections.find_period(orbit, tolerance=1e-4) == period
+    assert sections.find_period(1000 * np.round(logistic(rate, 120), 4)) == period
+
+
+ROTATION = np.cos(2 * np.pi * 0.618034 * np.arange(400))
 
 
 def test_chaos_and_quasi_periodic_motion_have_no_period():
     assert sections.find_period(100 * logistic(4.0, 200)) == 0
-    assert sections.find_period(10 * np.cos(2 * np.pi * 0.618034 * np.arange(200))) == 0
+    assert sections.find_period(10 * ROTATION) == 0
 
 
 def test_the_0_1_test_tells_chaos_from_regular_motion():
     assert sections.zero_one_test(logistic(4.0, 400)) > 0.9
     assert sections.zero_one_test(logistic(3.97, 400)) > 0.8
     assert abs(sections.zero_one_test(logistic(3.5, 400))) < 0.2
-    rotation = np.cos(2 * np.pi * 0.618034 * np.arange(400))
-    assert sections.zero_one_test(rotation) < 0.2
+    assert sections.zero_one_test(ROTATION) < 0.2
 
 
-def test_the_correlation_dimension_of_the_henon_attractor():
+def test_the_correlation_dimension_of_the_henon_attractor_a_curve_and_a_surface():
     fit = dimension.correlation_dimension(henon(5000))
-    assert fit.dimension == pytest.approx(1.2, abs=0.04)
-    assert fit.error < 0.1
-
-
-@pytest.mark.parametrize("true", [1, 2])
-def test_the_correlation_dimension_of_a_curve_and_of_a_surface(true):
-    parameters = np.random.default_rng(0).random((4000, true))
-    embedding = np.random.default_rng(1).normal(size=(true, 6))
-    fit = dimension.correlation_dimension(parameters @ embedding)
-    assert fit.dimension == pytest.approx(true, abs=0.1)
-
-
-def test_a_dimension_needs_points_in_more_than_a_few_places():
+    assert fit.dimension == pytest.approx(1.2, abs=0.04) and fit.error < 0.1
+    for true in (1, 2):
+        flat = RNG(0).random((4000, true)) @ RNG(1).normal(size=(true, 6))
+        fit = dimension.correlation_dimension(flat)
+        assert fit.dimension == pytest.approx(true, abs=0.1)
     with pytest.raises(NotEnoughDataError, match="500 are needed"):
         dimension.correlation_dimension(np.zeros((10, 2)))
     with pytest.raises(NotEnoughDataError, match="few places"):
         dimension.correlation_dimension(np.tile([[0.0, 0.0], [1.0, 2.0]], (400, 1)))
 
 
-def test_laminar_phases_of_a_series_are_those_of_its_last_block():
-    fields = [("time", "f8"), ("block", "i8"), ("kind", "U5")]
-    rows = [(1, 2, "slip"), (5, 3, "slip"), (40, 2, "stick"), (41, 3, "stick"), (60, 3, "slip")]
-    events = np.array(rows, fields)
-    phases = intermittency.last_block_phases(events, 3, 30.0, start=0.0, stop=100.0)
-    np.testing.assert_array_equal(phases, [[5, 41], [60, 100]])
-    phases = intermittency.last_block_phases(events, 2, 30.0, start=5.0, stop=100.0)
-    np.testing.assert_array_equal(phases, [[5, 40]])
-
-
-def test_states_near_an_earlier_one_are_repeated():
-    orbit = 100 * np.random.default_rng(3).random((7, 4))
-    jitter = np.random.default_rng(4).uniform(-0.1, 0.1, (21, 4))
-    states = np.vstack([orbit] * 3) + jitter
-    np.testing.assert_array_equal(sections.repeated(states), np.arange(21) >= 7)
-    assert not sections.repeated(states, near=1e-5).any()
-    assert sections.repeated(np.empty((0, 4))).shape == (0,)
-    # near is a part of the widest range, not of the distance between columns
-    apart = np.column_stack([np.linspace(0, 1, 21), np.full(21, 1e6)])
-    assert not sections.repeated(apart, near=0.01).any()
-
-
 def test_new_states_are_apart_and_all_others_near_one_of_them():
-    """Also over more states than are compared at once."""
-    states = np.random.default_rng(5).random((2600, 2))
+    """`near` is a part of the widest range."""
+    states = np.random.default_rng(5).random((2600, 2)) * [0.5, 1.0]
     again = sections.repeated(states, near=0.05)
     limit = 0.05 * np.ptp(states, axis=0).max()
     new = []
@@ -295,7 +258,7 @@ def test_new_states_are_apart_and_all_others_near_one_of_them():
         assert again[index] == near
         if not near:
             new.append(index)
-    assert 50 < len(new) < 500
+    assert 50 < len(new) < 500 and sections.repeated(np.empty((0, 4))).shape == (0,)
 
 
 def bounded_power_law(exponent, low, high, size, seed=1):

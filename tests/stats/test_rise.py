@@ -55,12 +55,6 @@ def test_levels_beside_a_step_reach_from_half_its_position_to_twice_it():
     assert np.isnan(contrast_of_step(VELOCITY, VELOCITY))  # r falls nowhere
 
 
-@pytest.mark.parametrize(("share", "level", "place"), [(0.9, 0.2, 0), (0.4, 0.5, 2), (0.9, 0.8, 1)])
-def test_a_curve_that_begins_or_ends_in_the_rise(share, level, place):
-    curve = np.array([0.2, 0.8, share]) if share > 0.5 else np.array([0.2, 0.3, share])
-    assert transition._first_passage(np.arange(3.0), curve, level) == pytest.approx(place)
-
-
 @pytest.mark.parametrize("falling", [True, False])
 def test_the_step_is_the_best_of_all_two_level_steps(falling):
     """All splits tried, each level a median; the other direction is left out."""

@@ -210,10 +210,8 @@ def test_runs_spread_in_five_e_foldings():
     assert start(0.01, 0.004, 1e4) == 0  # not above zero
     assert start(0.01, 0.001, 400) == 0  # not seen long enough
     assert start(np.nan, np.nan, 0.0) == 0
-    assert margin(0.001, 400) == 0.0125 and above_zero([0.013, 0.012], 0.001, 400).tolist() == [
-        True,
-        False,
-    ]
+    assert margin(0.001, 400) == 0.0125
+    assert above_zero([0.013, 0.012], 0.001, 400).tolist() == [True, False]
 
 
 # --- exponent of the irregular part ---------------------------------------------------------------

@@ -66,27 +66,6 @@ class ExactOrbit:
             self.velocities[i] += faster
         self.period_time += change[-1]
 
-    def touch(self, block, about):
-        """Greatest velocity relative to the belt of a slipping block near a time: 0 if it grazes.
-
-        Where its acceleration is zero, by the secant method.
-        """
-        before = self.start().advance(until=fixed(about - 0.05))
-
-        def speed_and_rate(time):
-            chain = deepcopy(before).advance(until=fixed(time))
-            return real(chain.v[block] - chain.belt), real(chain.flow()[1][block])
-
-        with mp.workdps(55):
-            one, other = mpf(about), mpf(about) + mpf("1e-4")
-            rate = speed_and_rate(one)[1]
-            for _ in range(12):
-                speed, new = speed_and_rate(other)
-                if abs(new) < CLOSED:
-                    break
-                one, other, rate = other, other - new * (other - one) / (new - rate), new
-            return speed
-
     def softest_stick(self, block):
         """Square of the least acceleration with which a block sticks: 0 if it only just does."""
         chain, accelerations = self.start(), []

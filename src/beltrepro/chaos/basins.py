@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,16 +13,15 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.chaos.continuation import QUANTITIES, OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import IRREGULAR, time_to_orbit
-from beltrepro.chaos.periodic_orbits import PeriodicOrbit, check_noise, close_orbit, states_at
-from beltrepro.chaos.vectors import check_method
+from beltrepro.chaos.periodic_orbits import PeriodicOrbit, check_exact, close_orbit, states_at
+from beltrepro.chaos.vectors import part
 from beltrepro.engine.state import ChainState
-from beltrepro.model import ChainParameters
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, Setup, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats import estimates
-from beltrepro.stats.motion import EQUILIBRIUM
+from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,21 +30,76 @@ _RUNS = 0.8  # share of the work, about, that the runs are
 _SAME = 1e-5  # share by which periods, and states at the section, of one orbit may differ
 _LONGEST = 200  # slips of an orbit that is followed: longer ones end within little of the quantity
 _ALIKE = 0.5  # e-foldings of r by which neighbours of one irregular motion may differ
+_COLUMNS = ("label", "state", "reached_by", "starts", "period_time", "period_events")
+_COLUMNS += ("disorder_parameter", "mean_length")
+# Told apart by colour-blind readers, and told again after as many.
+_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+_MARKERS = {PERIODIC: "o", IRREGULAR: "x", EQUILIBRIUM: "s"}
 
 
-class Attractor(NamedTuple):
+@dataclass(eq=False)
+class Attractor:
     """An attractor at one value of the quantity; that of the same label elsewhere is its branch."""
 
     value: float  # of the quantity
-    label: int  # from 1
-    state: str  # "periodic", "equilibrium slip" or "irregular"
-    reached_by: int  # starts; 0: it is there, and none of them reaches it
     starts: int  # all of this value
+    state: str  # "periodic", "equilibrium slip" or "irregular"
     period_time: float  # NaN without
     period_events: int  # slips of all blocks in it, 0 without
     disorder_parameter: float
     mean_length: float
-    orbit: PeriodicOrbit | None
+    orbit: PeriodicOrbit | None = None
+    rows: list[int] = field(default_factory=list)  # of the runs that reach it
+    label: int = 0  # from 1; 0 until it is known
+
+    @classmethod
+    def of_runs(cls, value: float, starts: int, runs: Results, rows: Sequence[int]) -> Attractor:
+        """That of some runs."""
+        r, length = (
+            float(np.mean(runs[name][rows])) for name in ("disorder_parameter", "mean_length")
+        )
+        first = rows[0]
+        period = float(runs["period_time"][first]), int(runs["period_events"][first])
+        state = str(runs["state"][first])
+        return cls(value, starts, state, *period, r, length, rows=list(rows))
+
+    @property
+    def reached_by(self) -> int:
+        """Starts; 0: it is there, and none of them reaches it."""
+        return len(self.rows)
+
+    def close(self, state: ChainState) -> None:
+        """Find its orbit, near one of its states, if it is not too long."""
+        if self.period_events > _LONGEST:
+            return
+        try:
+            self.orbit = close_orbit(state, self.period_time)
+        except (InputError, ModelStateError):
+            return  # two events at one instant, say: the motion is periodic all the same
+        for name in ("period_time", "disorder_parameter", "mean_length"):
+            setattr(self, name, getattr(self.orbit, name))
+
+    def is_of(self, period_time: float, period_events: int, crossing: np.ndarray) -> bool:
+        """Whether it is a periodic motion that comes down through a length in this state (2N,)."""
+        same = period_events == self.period_events
+        same = same and abs(period_time / self.period_time - 1) < _SAME
+        if not same or self.orbit is None:
+            return bool(same)
+        state, n_blocks = self.orbit.state, len(crossing) // 2
+        length = crossing[n_blocks - 1] + state.parameters.rest_positions[-1]
+        apart = np.abs(states_at(state, self.period_time, length) - crossing).max(axis=1)
+        return bool(np.any(apart < _SAME * np.abs(crossing).max()))
+
+    def apart(self, other: Attractor) -> float:
+        """How far another one without an orbit is: by r, and by <x_N> in its deviations."""
+        if self.state != other.state or self.state == PERIODIC:
+            return np.inf
+        if self.state == EQUILIBRIUM:
+            return 0.0
+        r = self.disorder_parameter, other.disorder_parameter
+        lengths = self.mean_length, other.mean_length
+        scale = max(r) * min(lengths)
+        return float(np.hypot(np.log(r[0] / r[1]), (lengths[0] - lengths[1]) / scale))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,22 +134,17 @@ class Basins(Tabled):
         """Values (K,) of the quantity, rising."""
         return np.unique(self.runs[self.quantity])
 
-    @property
-    def labels(self) -> np.ndarray:
-        """Labels of all attractors."""
-        return np.unique([attractor.label for attractor in self.attractors])
-
     def _columns(self) -> dict[str, Any]:
         """What each attractor is, and the share of the starts that reach it with its interval."""
         rows = []
         for attractor in self.attractors:
-            value, *columns = attractor[:-1]
+            row = {self.quantity: attractor.value}
+            row |= {name: getattr(attractor, name) for name in _COLUMNS}
+            orbit = attractor.orbit
+            row["largest_multiplier"] = np.nan if orbit is None else abs(orbit.largest_multiplier)
             share = estimates.share(attractor.reached_by, attractor.starts)
-            size = np.nan if attractor.orbit is None else abs(attractor.orbit.largest_multiplier)
-            rows.append((value, *columns, size, *share.numbers))
-        named = (self.quantity, *Attractor._fields[1:-1], "largest_multiplier")
-        named += ("share", "share_low", "share_high")
-        return dict(zip(named, zip(*rows, strict=True), strict=True))
+            rows.append(row | share.named("share", "share_low", "share_high"))
+        return {name: [row[name] for row in rows] for name in rows[0]}
 
     @names.checked
     def plot(self, path: str | Path | None = None) -> Figure:
@@ -118,11 +167,11 @@ class Basins(Tabled):
         """
         path = None if path is None else checks.path("path", path)
         with needing("the picture of basins"):
-            from beltrepro.chaos.basins_picture import plot
-        return plot(self, path)
+            from beltrepro.simulation import picture
+        return picture.put(lambda: _draw(self), path, repr(self))
 
     def __repr__(self) -> str:
-        count, values = len(self.labels), self.values
+        count, values = len({one.label for one in self.attractors}), self.values
         span = f"{values[0]:g}" if values.size == 1 else f"{values[0]:g} to {values[-1]:g}"
         starts = len(self.runs["attractor"])
         return f"Basins({count} attractors of {starts} starts, {self.quantity} {span})"
@@ -130,11 +179,7 @@ class Basins(Tabled):
 
 @with_setup
 def basins(
-    chains: Chains,
-    *,
-    duration: float,
-    progress: Report | None = None,
-    **setup: Any,
+    chains: Chains, *, duration: float, progress: Report | None = None, **setup: Any
 ) -> Basins:
     """On which attractor each of P chains ends, by where it begins.
 
@@ -168,225 +213,125 @@ def basins(
         A value is not allowed, or a state left the range of the model.
     """
     made = setup_of(chains, setup)
-    check_method(made.cases)
-    for case in made.cases:
-        check_noise(case.parameters)
+    check_exact(made.cases)
     quantity = _differing(made)
     check_progress(progress)
-    report = progress or (lambda done: None)
-    runs = time_to_orbit(made, duration=duration, progress=lambda done: report(_RUNS * done))
-    values, place = np.unique(runs[quantity], return_inverse=True)
-    chains = [case.parameters for case in made.cases]
-    by_value = [
-        _motions(runs, chains, np.flatnonzero(place == number)) for number in range(len(values))
+    runs = time_to_orbit(made, duration=duration, progress=part(progress, 0, _RUNS))
+    values = np.unique(runs[quantity])
+    by_value = [_attractors(made, runs, quantity, value) for value in values.tolist()]
+    branches = _label(by_value, quantity, values, part(progress, _RUNS, 1))
+    attractors = [
+        one for at_value in by_value for one in sorted(at_value, key=lambda one: one.label)
     ]
-    branches = _label(by_value, quantity, values, lambda done: report(_RUNS + (1 - _RUNS) * done))
-    label = np.zeros(len(place), dtype=int)
-    for motion in (motion for motions in by_value for motion in motions):
-        label[motion.starts] = motion.label
-    runs["attractor"] = label
-    counts = np.bincount(place)
-    attractors = tuple(
-        motion.attractor(float(value), int(count))
-        for value, count, motions in zip(values, counts, by_value, strict=True)
-        for motion in sorted(motions, key=lambda motion: motion.label)
-    )
-    return Basins(quantity, attractors, branches, runs)
+    runs["attractor"] = np.zeros(len(made.cases), dtype=int)
+    for attractor in attractors:
+        runs["attractor"][attractor.rows] = attractor.label
+    return Basins(quantity, tuple(attractors), branches, runs)
 
 
 def _differing(made: Setup) -> str:
     """The constant in which the chains differ."""
-    first = made.cases[0].parameters
     chains = {case.parameters for case in made.cases}
     if len(sizes := {chain.n_blocks for chain in chains}) > 1:
         raise InputError(f"chains: of {len(sizes)} numbers of blocks, one is needed")
-    differing = [
-        name
-        for name in QUANTITIES
-        if any(getattr(chain, name) != getattr(first, name) for chain in chains)
-    ]
+    values = {name: {getattr(chain, name) for chain in chains} for name in QUANTITIES}
+    differing = [name for name in QUANTITIES if len(values[name]) > 1]
     if len(differing) > 1:
         raise InputError(f"chains: differ in {', '.join(differing)}, in one of them they may")
     quantity = differing[0] if differing else "belt_velocity"
-    if any(isinstance(getattr(chain, quantity), tuple) for chain in chains):
+    if any(isinstance(value, tuple) for value in values[quantity]):
         raise InputError(f"chains: {quantity} differs among the blocks, one number is needed")
     return quantity
-
-
-@dataclass(eq=False)
-class _Motion:
-    """An attractor at one value of the quantity."""
-
-    state: str
-    period_time: float
-    period_events: int
-    disorder_parameter: float
-    mean_length: float
-    orbit: PeriodicOrbit | None = None
-    starts: list[int] = field(default_factory=list)  # rows of the runs that reach it
-    label: int = 0  # none yet
-
-    @classmethod
-    def of_runs(cls, runs: Results, rows: Sequence[int]) -> _Motion:
-        """That of some runs."""
-        r, length = (
-            float(np.mean(runs[name][rows])) for name in ("disorder_parameter", "mean_length")
-        )
-        first = rows[0]
-        period = float(runs["period_time"][first]), int(runs["period_events"][first])
-        return cls(str(runs["state"][first]), *period, r, length, starts=list(rows))
-
-    @classmethod
-    def of_orbit(cls, orbit: PeriodicOrbit) -> _Motion:
-        """One that no start has reached."""
-        period = orbit.period_time, orbit.period_events
-        return cls("periodic", *period, orbit.disorder_parameter, orbit.mean_length, orbit)
-
-    def close(self, state: ChainState) -> None:
-        """Find its orbit, near one of its states, if it is not too long."""
-        if self.period_events > _LONGEST:
-            return
-        try:
-            self.orbit = close_orbit(state, self.period_time)
-        except (
-            InputError,
-            ModelStateError,
-        ):  # two events at one instant, say: the motion is periodic all the same
-            return
-        self.disorder_parameter = self.orbit.disorder_parameter
-        self.mean_length = self.orbit.mean_length
-        self.period_time = self.orbit.period_time
-
-    def is_of(self, period_time: float, period_events: int, crossing: np.ndarray) -> bool:
-        """Whether it is a periodic motion that comes down through a length in this state (2N,)."""
-        same = period_events == self.period_events
-        same = same and abs(period_time / self.period_time - 1) < _SAME
-        if not same or self.orbit is None:
-            return bool(same)
-        state, n_blocks = self.orbit.state, len(crossing) // 2
-        length = crossing[n_blocks - 1] + state.parameters.rest_positions[-1]
-        apart = np.abs(states_at(state, self.period_time, length) - crossing).max(axis=1)
-        return bool(np.any(apart < _SAME * np.abs(crossing).max()))
-
-    def attractor(self, value: float, starts: int) -> Attractor:
-        """It, as the result has it."""
-        period = self.period_time, self.period_events
-        numbers = self.disorder_parameter, self.mean_length
-        count = len(self.starts)
-        return Attractor(
-            value, self.label, self.state, count, starts, *period, *numbers, self.orbit
-        )
 
 
 # --- at one value ---------------------------------------------------------------------------------
 
 
-def _motions(runs: Results, chains: Sequence[ChainParameters], rows: np.ndarray) -> list[_Motion]:
-    """The motions on which the runs of one value end, those of many starts first."""
-    states = runs["state"][rows]
-    motions = _irregular(runs, rows[states == IRREGULAR])
-    if (sliding := rows[states == EQUILIBRIUM]).size:
-        motions.append(_Motion.of_runs(runs, sliding.tolist()))
-    periodic: list[_Motion] = []
-    for row in rows[(states != IRREGULAR) & (states != EQUILIBRIUM)].tolist():
+def _attractors(made: Setup, runs: Results, quantity: str, value: float) -> list[Attractor]:
+    """The attractors on which the runs of one value end, those of many starts first."""
+    rows = np.flatnonzero(runs[quantity] == value)
+    states, here = runs["state"][rows], (value, len(rows), runs)
+    attractors = [
+        Attractor.of_runs(*here, part) for part in _parted(runs, rows[states == IRREGULAR])
+    ]
+    if sliding := rows[states == EQUILIBRIUM].tolist():
+        attractors.append(Attractor.of_runs(*here, sliding))
+    periodic: list[Attractor] = []
+    for row in rows[states == PERIODIC].tolist():
         crossing = runs["return_state"][row]
         period = float(runs["period_time"][row]), int(runs["period_events"][row])
-        motion = next((motion for motion in periodic if motion.is_of(*period, crossing)), None)
-        if motion is None:
-            periodic.append(motion := _Motion.of_runs(runs, [row]))
-            motion.close(_state_of(chains[row], crossing))
+        reached = next((one for one in periodic if one.is_of(*period, crossing)), None)
+        if reached is None:
+            periodic.append(reached := Attractor.of_runs(*here, [row]))
+            chain, (places, speeds) = made.cases[row].parameters, np.split(crossing, 2)
+            places, speeds = places + chain.rest_positions, speeds + chain.belt_velocity
+            reached.close(ChainState.in_motion(chain, places, speeds))
         else:
-            motion.starts.append(row)
-    return sorted([*motions, *periodic], key=lambda motion: -len(motion.starts))
+            reached.rows.append(row)
+    return sorted([*attractors, *periodic], key=lambda attractor: -attractor.reached_by)
 
 
-def _irregular(runs: Results, rows: np.ndarray) -> list[_Motion]:
-    """Irregular motions: those with a gap between their r are not one."""
+def _parted(runs: Results, rows: np.ndarray) -> list[list[int]]:
+    """Runs of irregular motions: those with a gap between their r are not one."""
     rows = rows[np.argsort(runs["disorder_parameter"][rows], kind="stable")]
     gaps = np.diff(np.log(runs["disorder_parameter"][rows])) > _ALIKE
     parts = np.split(rows, np.flatnonzero(gaps) + 1)
-    return [_Motion.of_runs(runs, part.tolist()) for part in parts if part.size]
-
-
-def _state_of(chain: ChainParameters, numbers: np.ndarray) -> ChainState:
-    """The state of displacements and relative velocities, as `time_to_orbit` gives them."""
-    displacements, relative = np.split(numbers, 2)
-    return ChainState.in_motion(
-        chain, displacements + chain.rest_positions, relative + chain.belt_velocity
-    )
+    return [part.tolist() for part in parts if part.size]
 
 
 # --- along the quantity ---------------------------------------------------------------------------
 
 
 def _label(
-    by_value: list[list[_Motion]], quantity: str, values: np.ndarray, report: Report
+    by_value: list[list[Attractor]], quantity: str, values: np.ndarray, report: Report
 ) -> dict[int, OrbitBranch]:
-    """Number all motions, one number for each branch; those that no start reached are added."""
+    """Number all attractors, one number for each branch; those that no start reached are added."""
     branches: dict[int, OrbitBranch] = {}
     number = 0
-    for place in range(len(values)):
-        for motion in list(by_value[place]):
-            if motion.label:
+    for place, attractors in enumerate(by_value):
+        for attractor in list(attractors):
+            if attractor.label:
                 continue
-            number += 1
-            _spread(motion, number, place, by_value)
-            if motion.orbit and len(values) > 1:
-                branch = _branch(motion.orbit, quantity, values)
-                if branch is not None:
-                    branches[number] = branch
-                    _join(branch, number, by_value, values)
+            attractor.label = number = number + 1
+            if attractor.orbit is None:
+                _spread(attractor, by_value[place + 1 :])
+            elif len(values) > 1:
+                lower, upper = float(values[0]), float(values[-1])
+                try:
+                    branches[number] = orbit_branch(
+                        attractor.orbit, quantity, lower=lower, upper=upper
+                    )
+                except (InputError, ModelStateError):  # the run went several times around
+                    continue
+                _join(branches[number], number, by_value)
         report((place + 1) / len(values))
     return branches
 
 
-def _spread(motion: _Motion, number: int, place: int, by_value: list[list[_Motion]]) -> None:
-    """Number a motion, and from there on those that are one with it by what they are alone."""
-    motion.label = number
-    for motions in by_value[place + 1 :] if motion.orbit is None else ():
-        alike = [(_apart(motion, other), other) for other in motions if not other.label]
-        nearest, other = min(alike, key=lambda pair: pair[0], default=(np.inf, motion))
+def _spread(attractor: Attractor, by_value: list[list[Attractor]]) -> None:
+    """Number from there on those that are one with an attractor by what they are alone."""
+    for attractors in by_value:
+        alike = [(attractor.apart(other), other) for other in attractors if not other.label]
+        nearest, other = min(alike, key=lambda pair: pair[0], default=(np.inf, attractor))
         if nearest < _ALIKE:
-            other.label, motion = number, other
+            other.label, attractor = attractor.label, other
 
 
-def _apart(motion: _Motion, other: _Motion) -> float:
-    """How far apart two motions without an orbit are: by r, and by <x_N> in its deviations."""
-    if motion.state != other.state or motion.state == "periodic":
-        return np.inf
-    if motion.state == EQUILIBRIUM:
-        return 0.0
-    r = motion.disorder_parameter, other.disorder_parameter
-    lengths = motion.mean_length, other.mean_length
-    scale = max(r) * min(lengths)
-    return float(np.hypot(np.log(r[0] / r[1]), (lengths[0] - lengths[1]) / scale))
-
-
-def _branch(orbit: PeriodicOrbit, quantity: str, values: np.ndarray) -> OrbitBranch | None:
-    """The branch of an orbit over all values."""
-    try:
-        return orbit_branch(orbit, quantity, lower=float(values[0]), upper=float(values[-1]))
-    except (InputError, ModelStateError):  # the run went several times around
-        return None
-
-
-def _join(
-    branch: OrbitBranch, number: int, by_value: list[list[_Motion]], values: np.ndarray
-) -> None:
-    """Number the motions on a branch; add it where it is and no start has reached it."""
-    for value, motions in zip(values, by_value, strict=True):
-        if not branch.lower <= value <= branch.upper:
+def _join(branch: OrbitBranch, number: int, by_value: list[list[Attractor]]) -> None:
+    """Number the attractors on a branch; add it where it is and no start has reached it."""
+    for attractors in by_value:
+        value, starts = attractors[0].value, attractors[0].starts
+        if any(one.label == number for one in attractors):
             continue
-        if any(motion.label == number for motion in motions):
-            continue
-        orbit = _orbit_at(branch, float(value))
-        if orbit is None:
+        if not branch.lower <= value <= branch.upper or not (orbit := _orbit_at(branch, value)):
             continue
         period = orbit.period_time, orbit.period_events
         crossing = states_at(orbit.state, orbit.period_time, orbit.mean_length)[0]
-        on_it = [motion for motion in motions if motion.orbit and motion.is_of(*period, crossing)]
+        on_it = [one for one in attractors if one.orbit and one.is_of(*period, crossing)]
         if not on_it:
-            motions += (on_it := [_Motion.of_orbit(orbit)])
+            lengths = orbit.disorder_parameter, orbit.mean_length
+            on_it = [Attractor(value, starts, PERIODIC, *period, *lengths, orbit)]
+            attractors += on_it
         on_it[0].label = on_it[0].label or number
 
 
@@ -400,3 +345,44 @@ def _orbit_at(branch: OrbitBranch, value: float) -> PeriodicOrbit | None:
     piece = orbit_branch(orbit, branch.quantity, lower=lower, upper=upper, step=upper - lower)
     orbit = piece.orbits[0 if value < at else -1]
     return orbit if getattr(orbit.parameters, branch.quantity) == value else None
+
+
+# --- the picture ----------------------------------------------------------------------------------
+
+
+def _draw(basins: Basins) -> Figure:
+    """Above r, branches as lines; below the shares of the starts, on top of each other."""
+    from matplotlib import style
+    from matplotlib.figure import Figure
+
+    from beltrepro.simulation.picture import LOOK
+
+    def colour(label: int) -> str:
+        return _COLOURS[(label - 1) % len(_COLOURS)]
+
+    with style.context(["default", LOOK]):
+        figure = Figure(figsize=(5.2, 4.6), layout="constrained")
+        disorder, shares = figure.subplots(2, 1, sharex=True)
+        for label, branch in basins.branches.items():
+            line = branch.parameter, branch.disorder_parameter
+            disorder.plot(*line, color=colour(label), linewidth=1)
+        for state, marker in _MARKERS.items():
+            those = [one for one in basins.attractors if one.state == state]
+            places = [one.value for one in those], [one.disorder_parameter for one in those]
+            colours = [colour(one.label) for one in those]
+            name = state if those else ""
+            disorder.scatter(*places, s=14, marker=marker, c=colours, label=name)
+        bottom = dict.fromkeys(basins.values.tolist(), 0.0)
+        width = 0.8 * min(np.diff(basins.values), default=1.0)
+        for one in basins.attractors:
+            share, look = one.reached_by / one.starts, {"edgecolor": "white", "linewidth": 0.3}
+            look["color"] = colour(one.label)
+            shares.bar(one.value, share, width, bottom=bottom[one.value], **look)
+            bottom[one.value] += share
+        symbols = {name: symbol for symbol, name in names.SYMBOLS.items()}
+        symbol = symbols[basins.quantity]
+        symbol = f"${symbol}$" if len(symbol) == 1 else symbol  # Delta_l_max is no formula
+        disorder.set(ylabel="$r$", yscale="log")
+        disorder.legend()
+        shares.set(xlabel=symbol, ylabel="share of the starts", ylim=(0, 1))
+    return figure

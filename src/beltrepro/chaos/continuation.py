@@ -9,16 +9,9 @@ import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.chaos import words
-from beltrepro.chaos.periodic_orbits import (
-    PeriodicOrbit,
-    close_orbit,
-    closing,
-    coordinates,
-    flow,
-    follow,
-    shifted,
-)
+from beltrepro.chaos import periodic_orbits, words
+from beltrepro.chaos.periodic_orbits import PeriodicOrbit
+from beltrepro.chaos.vectors import part
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LIMITS
@@ -34,15 +27,13 @@ _STEPS = 50  # at least, across the range
 _GROWTH = 1.5  # of the step where two orbits in turn have closed
 _PREDICTED = 0.1  # share of a step over which the change of the orbit is looked at
 _CLOSED = 1e-10  # residual; a fold seems to lie further on by about that
-# by which a period may differ from its prediction: shares of its change, and of itself
-_NEAR = 0.2, 1e-3
+_NEAR = 0.2, 1e-3  # by which a period may miss its prediction: shares of its change, and of itself
 _MULTIPLE = 1e-6  # share of the period to which its parts agree if it is several periods
 _BEYOND = 8  # times the last step: where a motion beyond an end shows what has changed
 _FOLD = 0.2  # a multiplier so near to 1 becomes 1 at the end; it does as a square root
 
 EDGE, FOLD, DOUBLING, TORUS = "edge", "fold", "period doubling", "torus"
-GRAZING, NO_STICK, CONTACT = "grazing", "stick of no length", "contact"
-LOST = "lost"
+GRAZING, NO_STICK, CONTACT, LOST = "grazing", "stick of no length", "contact", "lost"
 
 
 class SpecialPoint(NamedTuple):
@@ -66,19 +57,12 @@ class OrbitBranch(Tabled):
     """A periodic orbit along a constant of the chain: a branch of P orbits.
 
     An end is a `SpecialPoint`, with `parameter`, `kind`, `block` (from 1; 0 if it is no single one)
-    and a sentence, `text`. Its kind is one of these:
-
-    - "edge": of the range that was asked for;
-    - "grazing": a slipping block comes to touch the velocity of the belt, or no longer reaches it;
-      or the pull on a stuck block does so with the static friction. Beyond, there is no such orbit,
-      and multipliers say nothing of it before;
-    - "stick of no length": a stick shrinks to nothing between two slips, and the orbit does not
-      go on, or does not attract beyond;
-    - "fold": a multiplier becomes 1. The orbit meets another one, and both end;
-    - "period doubling": a multiplier becomes -1; or the orbit becomes twice one of half the period;
-    - "torus": a pair of complex multipliers leaves the unit circle;
-    - "contact": blocks meet, or a block and the wall;
-    - "lost": Newton's method fails for another reason.
+    and a sentence, `text`. Kinds are the "edge" of the range; "grazing", where a slipping block
+    comes to touch the velocity of the belt or no longer reaches it, or the pull on a stuck block
+    the static friction; "stick of no length", which shrinks to nothing between two slips; "fold",
+    "period doubling" and "torus", where a multiplier becomes 1 or -1, or a complex pair leaves the
+    unit circle; "contact" of two blocks, or of one with the wall; and "lost", where Newton's method
+    fails for another reason.
 
     Attributes
     ----------
@@ -104,9 +88,7 @@ class OrbitBranch(Tabled):
 
     period_time = _of_orbits("period_time", "Periods (P,), model time.")
     multipliers = _of_orbits("multipliers", "Multipliers (P, 2N), largest modulus first.")
-    largest_multiplier = _of_orbits(
-        "largest_multiplier", "The largest (P,) besides the trivial one."
-    )
+    largest_multiplier = _of_orbits("largest_multiplier", "The largest (P,) but the trivial one.")
     disorder_parameter = _of_orbits("disorder_parameter", "r (Eq. 4) of each orbit (P,).")
     mean_length = _of_orbits("mean_length", "<x_N> (P,) of each orbit.")
 
@@ -217,37 +199,26 @@ def orbit_branch(
     if not isinstance(orbit, PeriodicOrbit):
         raise InputError(f"orbit = {checks.shown(orbit)}: a PeriodicOrbit is needed")
     quantity, lower, upper, largest = check_course(orbit.parameters, quantity, lower, upper, step)
-    value = getattr(orbit.parameters, quantity)
     if not isinstance(unstable, bool | np.bool_):
         raise InputError(f"unstable = {checks.shown(unstable)}: must be True or False")
-    tolerance = check_tolerance("tolerance", tolerance)
     check_progress(progress)
-    course = _Course(quantity, largest, bool(unstable), tolerance)
-    begin = _Point.of(orbit, course)
+    course = _Course(quantity, largest, bool(unstable), check_tolerance("tolerance", tolerance))
+    begin = course.point(orbit)
     if words.repeats(begin.word, orbit.period_time, _MULTIPLE) > 1:
         raise InputError(f"orbit = {orbit!r}: is several periods of a shorter one")
-    report = progress or (lambda done: None)
-    below = _walk(begin, lower, course)
-    report((value - lower) / (upper - lower))
-    above = _walk(begin, upper, course)
+    report = part(progress, 0, 1)
+    below, passed_below, lower_end = course.walk(begin, lower)
+    report((begin.value - lower) / (upper - lower))
+    above, passed_above, upper_end = course.walk(begin, upper)
     report(1.0)
     return OrbitBranch(
         quantity,
-        tuple(point.orbit for point in [*below.points[:0:-1], *above.points]),
+        tuple(point.orbit for point in [*below[:0:-1], *above]),
         " ".join(map(str, begin.word)),
-        below.end,
-        above.end,
-        (*below.passed[::-1], *above.passed),
+        lower_end,
+        upper_end,
+        (*passed_below[::-1], *passed_above),
     )
-
-
-class _Course(NamedTuple):
-    """How an orbit is followed."""
-
-    quantity: str
-    step: float  # the largest
-    unstable: bool
-    tolerance: float | None
 
 
 class _Point(NamedTuple):
@@ -255,13 +226,7 @@ class _Point(NamedTuple):
 
     value: float  # of the quantity
     orbit: PeriodicOrbit
-    word: list[words.Symbol]
-
-    @classmethod
-    def of(cls, orbit: PeriodicOrbit, course: _Course) -> _Point:
-        run = follow(orbit.state, orbit.period_time, course.tolerance)
-        value = getattr(orbit.parameters, course.quantity)
-        return cls(value, orbit, words.symbols(run.events))
+    word: words.Word
 
     @property
     def outside(self) -> int:
@@ -273,91 +238,122 @@ class _Point(NamedTuple):
         return self.outside != other.outside or words.sticks(self.word) != words.sticks(other.word)
 
 
-class _Walk(NamedTuple):
-    """A branch from its first orbit to one end."""
+class _Course(NamedTuple):
+    """How an orbit is followed."""
 
-    points: list[_Point]
-    passed: list[SpecialPoint]
-    end: SpecialPoint
+    quantity: str
+    step: float  # the largest
+    unstable: bool
+    tolerance: float | None
 
+    def follow(self, state: ChainState, duration: float) -> tuple[ChainState, words.Word]:
+        """The state after some time, and what happens on the way."""
+        run = periodic_orbits.follow(state, duration, self.tolerance)
+        return run.final_state, words.symbols(run.events)
 
-def _walk(begin: _Point, edge: float, course: _Course) -> _Walk:
-    """Follow an orbit until it ends, or to the edge of the range."""
-    points, step, failed = [begin], course.step, False
-    passed: list[SpecialPoint] = []
-    while (value := (here := points[-1]).value) != edge:
-        finest = _LOCATED * max(abs(value), abs(edge))
-        left = edge - value
-        ahead = edge if abs(left) <= step + finest else value + np.sign(left) * step
-        new = _next(here, ahead, course)
-        if new is None:
-            if step <= finest:
-                return _Walk(points, passed, _end(here, ahead, course))
-            step, failed = max(abs(ahead - value) / 2, finest), True
-            continue
-        step, failed = step if failed else min(_GROWTH * step, course.step), False
-        if here.changed(new):
-            before, new = _located(here, new, finest, course)
-            special = _happens(before, new)
-            points += [before] if before is not here else []
-            if before.outside != new.outside and not course.unstable:
-                return _Walk(points, passed, special)
-            passed.append(special)
-        points.append(new)
-    return _Walk(points, passed, SpecialPoint(edge, EDGE, 0, "the edge of the range"))
+    def point(self, orbit: PeriodicOrbit) -> _Point:
+        """An orbit with its word."""
+        _, word = self.follow(orbit.state, orbit.period_time)
+        return _Point(getattr(orbit.parameters, self.quantity), orbit, word)
 
+    def walk(
+        self, begin: _Point, edge: float
+    ) -> tuple[list[_Point], list[SpecialPoint], SpecialPoint]:
+        """Follow an orbit to the edge: its points, what happens on the way, and the end."""
+        points, step, failed = [begin], self.step, False
+        passed: list[SpecialPoint] = []
+        while (value := (here := points[-1]).value) != edge:
+            finest = _LOCATED * max(abs(value), abs(edge))
+            left = edge - value
+            ahead = edge if abs(left) <= step + finest else value + np.sign(left) * step
+            new = self.next(here, ahead)
+            if new is None:
+                if step <= finest:
+                    return points, passed, self.end(here, ahead)
+                step, failed = max(abs(ahead - value) / 2, finest), True
+                continue
+            step, failed = step if failed else min(_GROWTH * step, self.step), False
+            if here.changed(new):
+                before, new = self.located(here, new, finest)
+                special = _happens(before, new)
+                points += [before] if before is not here else []
+                if before.outside != new.outside and not self.unstable:
+                    return points, passed, special
+                passed.append(special)
+            points.append(new)
+        return points, passed, SpecialPoint(edge, EDGE, 0, "the edge of the range")
 
-def _next(here: _Point, value: float, course: _Course) -> _Point | None:
-    """The orbit of a branch at another value of the quantity, if it is there."""
-    try:
-        start, period_time = _predicted(here, value, course)
-        orbit = close_orbit(start, period_time, course.tolerance)
-        point = _Point.of(orbit, course)
-    except (InputError, ModelStateError):  # it does not close, or blocks would meet
-        return None
-    before = here.orbit.period_time
-    allowed = max(_NEAR[0] * abs(period_time - before), _NEAR[1] * before)
-    belongs = (
-        orbit.residual < _CLOSED
-        and abs(orbit.period_time - period_time) < allowed
-        and words.slips_alike(here.word, point.word)
-        and words.repeats(point.word, orbit.period_time, _MULTIPLE) == 1
-    )
-    return point if belongs else None
-
-
-def _predicted(here: _Point, value: float, course: _Course) -> tuple[ChainState, float]:
-    """A state and the period of the orbit at another value, to first order."""
-    orbit = here.orbit
-
-    def under(value: float) -> ChainState:
-        changes: dict[str, Any] = {course.quantity: value}
-        return orbit.state.under(replace(orbit.parameters, **changes))
-
-    begin = under(value)
-    # what is apart after a period, a small part of the way back or ahead, says how the orbit must
-    # change; near an end its word may be another there
-    for share in (-_PREDICTED, _PREDICTED):
+    def next(self, here: _Point, value: float) -> _Point | None:
+        """The orbit of a branch at another value of the quantity, if it is there."""
         try:
-            nearby = under(here.value + share * (value - here.value))
-        except InputError:  # no chain has such a value: the branch begins at a limit
-            continue
-        run = follow(nearby, orbit.period_time, course.tolerance)
-        if words.kinds(words.symbols(run.events)) == words.kinds(here.word):
-            apart = (coordinates(run.final_state) - coordinates(nearby)) / share
-            change, longer = closing(orbit.monodromy, flow(orbit.state), apart)
-            return shifted(begin, change), orbit.period_time + longer
-    return begin, orbit.period_time
+            start, period_time = self.predicted(here, value)
+            orbit = periodic_orbits.close_orbit(start, period_time, self.tolerance)
+            point = self.point(orbit)
+        except (InputError, ModelStateError):  # it does not close, or blocks would meet
+            return None
+        before = here.orbit.period_time
+        allowed = max(_NEAR[0] * abs(period_time - before), _NEAR[1] * before)
+        belongs = (
+            orbit.residual < _CLOSED
+            and abs(orbit.period_time - period_time) < allowed
+            and words.slips_alike(here.word, point.word)
+            and words.repeats(point.word, orbit.period_time, _MULTIPLE) == 1
+        )
+        return point if belongs else None
 
+    def predicted(self, here: _Point, value: float) -> tuple[ChainState, float]:
+        """A state and the period of the orbit at another value, to first order."""
+        orbit = here.orbit
 
-def _located(here: _Point, there: _Point, finest: float, course: _Course) -> tuple[_Point, _Point]:
-    """Two orbits of a branch at most `finest` apart, between which something first happens."""
-    while abs(there.value - here.value) > finest:
-        middle = _next(here, (here.value + there.value) / 2, course)
-        if middle is None:
-            break
-        here, there = (here, middle) if here.changed(middle) else (middle, there)
-    return here, there
+        def under(value: float) -> ChainState:
+            changes: dict[str, Any] = {self.quantity: value}
+            return orbit.state.under(replace(orbit.parameters, **changes))
+
+        begin = under(value)
+        # what is apart after a period, a small part of the way back or ahead, says how the orbit
+        # must change; near an end its word may be another there
+        for share in (-_PREDICTED, _PREDICTED):
+            try:
+                nearby = under(here.value + share * (value - here.value))
+            except InputError:  # no chain has such a value: the branch begins at a limit
+                continue
+            after, word = self.follow(nearby, orbit.period_time)
+            if words.kinds(word) == words.kinds(here.word):
+                before, after = map(periodic_orbits.coordinates, (nearby, after))
+                flow = periodic_orbits.flow(orbit.state)
+                change, longer = periodic_orbits.closing(
+                    orbit.monodromy, flow, (after - before) / share
+                )
+                return periodic_orbits.shifted(begin, change), orbit.period_time + longer
+        return begin, orbit.period_time
+
+    def located(self, here: _Point, there: _Point, finest: float) -> tuple[_Point, _Point]:
+        """Two orbits of a branch at most `finest` apart, between which something happens first."""
+        while abs(there.value - here.value) > finest:
+            middle = self.next(here, (here.value + there.value) / 2)
+            if middle is None:
+                break
+            here, there = (here, middle) if here.changed(middle) else (middle, there)
+        return here, there
+
+    def end(self, here: _Point, ahead: float) -> SpecialPoint:
+        """Why an orbit does not go on a little ahead."""
+        value, orbit = here.value, here.orbit
+        try:
+            start, period_time = self.predicted(here, value + _BEYOND * (ahead - value))
+            _, beyond = self.follow(start, period_time)
+        except ModelStateError:
+            return SpecialPoint(value, CONTACT, 0, "blocks meet, or a block and the wall")
+        if difference := words.first_difference(here.word, beyond):
+            return _grazing(value, difference)
+        size = float(np.abs(np.delete(orbit.multipliers, orbit.trivial) - 1).min())
+        if size > _FOLD:
+            return SpecialPoint(value, LOST, 0, "Newton's method finds no orbit beyond")
+        if words.repeats(here.word, orbit.period_time, words.SAME) > 1:
+            return SpecialPoint(
+                value, DOUBLING, 0, "the orbit becomes twice one of half the period"
+            )
+        return SpecialPoint(value, FOLD, 0, "a multiplier becomes 1: the orbit meets another one")
 
 
 def _happens(here: _Point, there: _Point) -> SpecialPoint:
@@ -377,25 +373,6 @@ def _happens(here: _Point, there: _Point) -> SpecialPoint:
         return SpecialPoint(value, TORUS, 0, f"multipliers {pair} of modulus 1")
     kind = FOLD if crossing.real > 0 else DOUBLING
     return SpecialPoint(value, kind, 0, f"a multiplier is {np.sign(crossing.real):.0f}")
-
-
-def _end(here: _Point, ahead: float, course: _Course) -> SpecialPoint:
-    """Why an orbit does not go on a little ahead."""
-    value, orbit = here.value, here.orbit
-    try:
-        beyond = value + _BEYOND * (ahead - value)
-        start, period_time = _predicted(here, beyond, course)
-        events = follow(start, period_time, course.tolerance).events
-    except ModelStateError:
-        return SpecialPoint(value, CONTACT, 0, "blocks meet, or a block and the wall")
-    if difference := words.first_difference(here.word, words.symbols(events)):
-        return _grazing(value, difference)
-    size = float(np.abs(np.delete(orbit.multipliers, orbit.trivial) - 1).min())
-    if size > _FOLD:
-        return SpecialPoint(value, LOST, 0, "Newton's method finds no orbit beyond")
-    if words.repeats(here.word, orbit.period_time, words.SAME) > 1:
-        return SpecialPoint(value, DOUBLING, 0, "the orbit becomes twice one of half the period")
-    return SpecialPoint(value, FOLD, 0, "a multiplier becomes 1: the orbit meets another one")
 
 
 def _grazing(value: float, difference: words.Difference) -> SpecialPoint:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -12,8 +11,9 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
+from beltrepro.chaos import vectors
 from beltrepro.chaos.naming import NO_PERIOD, period_of
-from beltrepro.chaos.vectors import INTERVAL, METHOD, grow, slopes, standard_errors, with_vectors
+from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model.friction import equivalent_displacement
@@ -22,14 +22,7 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import Report, check_progress, in_groups, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import for_moments
-from beltrepro.simulation.setup import (
-    Case,
-    Chains,
-    check_duration,
-    columns,
-    setup_of,
-    with_setup,
-)
+from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
 
@@ -109,14 +102,16 @@ def time_to_orbit(
     made = setup_of(chains, setup)
     runs = [_Run(case, case.state.time) for case in made.cases]
     in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
-    for begin, end in _windows(duration):
-        left = [run for run in runs if not run.settled]
-        share = _part(progress, begin / duration, end / duration)
-        if left:
-            work = partial(_pass_window, left, end - begin, closed)
-            in_groups([run.case for run in left], work, share, workers=made.workers)
-    if progress is not None:
-        progress(1.0)
+    begin, left = 0.0, runs
+    while begin < duration and left:
+        longest = min(_LONGEST_WINDOW, _GROWTH * begin)
+        length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
+        end = min(duration, begin + length)
+        work = partial(_pass_window, left, end - begin, closed)
+        report = part(progress, begin / duration, end / duration)
+        in_groups([run.case for run in left], work, report, workers=made.workers)
+        begin, left = end, [run for run in left if not run.settled]
+    part(progress, 0, 1)(1.0)
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -137,18 +132,17 @@ class _Run:
     growth: list[np.ndarray] = field(default_factory=list)  # rates of growth of its deviation
     deviation: np.ndarray | None = None  # the deviation now
     last_event: float = -np.inf  # instant of the last slip or stick
-    settled: bool = False  # whether its motion has settled
     motion: dict = field(default_factory=dict)  # what is known of it
+
+    @property
+    def settled(self) -> bool:
+        """Whether its motion has settled."""
+        return "state" in self.motion
 
     @property
     def followed(self) -> bool:
         """Whether a deviation goes along."""
         return self.case.method == METHOD and self.case.state.time - self.start < _FOLLOWED
-
-    def move_section(self, position: float) -> None:
-        """Note the returns to another section from now on."""
-        if np.isfinite(position):
-            self.section = position
 
     def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
         """Look for the end of the irregular motion in a window that has just been passed.
@@ -167,22 +161,23 @@ class _Run:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         if self.last_event <= middle or (closing and not events):
-            self._settle(EQUILIBRIUM, max(self.last_event, self.start))
+            lifetime = max(self.last_event, self.start) - self.start
+            self.motion |= {"state": EQUILIBRIUM, "lifetime": lifetime}
         elif closing and since <= middle:
-            self._settle(PERIODIC, since, **period)
+            self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
 
     def _closing(
         self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
     ) -> Recurrence | None:
         """The period of the returns in a window."""
-        if not scatters(self.case):
+        if not (distances := scatters(self.case)):
             return find_recurrence(states, times, closed=closed)
         late = int(np.sum(times > middle))
-        for distance in scatters(self.case):  # a narrow one first: it tells like returns apart
-            near: dict = {"distance": distance, "crossings": late}
-            if period := find_recurrence(states, times, closed=closed, **near):
-                return period
-        return None
+        periods = (  # a narrow distance first: it tells like returns apart
+            find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
+            for distance in distances
+        )
+        return next(filter(None, periods), None)
 
     def _repeats_since(self, period: int) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""
@@ -190,29 +185,21 @@ class _Run:
         broken = np.flatnonzero(blocks[period:] != blocks[:-period])
         return float(times[broken[-1] + 1]) if broken.size else self.start
 
-    def _settle(self, state: str, since: float, **period: float) -> None:
-        self.settled = True
-        self.motion |= {"state": state, "lifetime": since - self.start, **period}
-
     def row(self, duration: float, width: int) -> dict:
         """What `time_to_orbit` returns of it; width : numbers of the state of the longest chain."""
-        motion = _UNKNOWN | {"lifetime": duration} | self.motion
-        state = np.full(width, np.nan)
-        state[: motion["return_state"].size] = motion["return_state"]
-        return motion | {"settled": self.settled, "return_state": state} | self._exponent()
-
-    def _exponent(self) -> dict:
-        """The largest exponent of the irregular motion."""
+        motion = _UNKNOWN | {"lifetime": duration} | self.motion | {"settled": self.settled}
+        state = motion["return_state"]
+        motion["return_state"] = np.pad(state, (0, width - state.size), constant_values=np.nan)
+        # the largest exponent of the irregular motion
         rates = np.concatenate([np.empty((0, 1)), *self.growth])
         last = int(min(self.motion.get("lifetime", np.inf), len(rates) * INTERVAL) / INTERVAL)
         rates = rates[int(_ALIGNED / INTERVAL) : last][None]
-        if rates.shape[1] * INTERVAL < _SHORTEST:
-            return {"irregular_exponent": np.nan, "irregular_error": np.nan, "irregular_time": 0.0}
-        return {
-            "irregular_exponent": slopes(rates).item(),
-            "irregular_error": standard_errors(rates).item(),
-            "irregular_time": rates.shape[1] * INTERVAL,
-        }
+        time = rates.shape[1] * INTERVAL
+        numbers = np.nan, np.nan, 0.0
+        if time >= _SHORTEST:
+            numbers = vectors.slopes(rates).item(), vectors.standard_errors(rates).item(), time
+        names = "irregular_exponent", "irregular_error", "irregular_time"
+        return motion | dict(zip(names, numbers, strict=True))
 
 
 _UNKNOWN = {
@@ -224,22 +211,6 @@ _UNKNOWN = {
 }
 
 
-def _windows(duration: float) -> Iterator[tuple[float, float]]:
-    """Begin and end of the windows of a run."""
-    begin = 0.0
-    while begin < duration:
-        longest = min(_LONGEST_WINDOW, _GROWTH * begin)
-        length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
-        end = min(duration, begin + length)
-        yield begin, end
-        begin = end
-
-
-def _part(progress: Report | None, low: float, high: float) -> Report | None:
-    """Progress of a part of the work, from its share `low` to its share `high`."""
-    return progress and (lambda fraction: progress(low + (high - low) * fraction))
-
-
 def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], report: Report) -> None:
     """Sections at the mean lengths of the chains of a group after their start."""
     # every motion comes down through its mean length again and again
@@ -247,7 +218,7 @@ def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], repo
     observe(integrator_of(cases), _FIRST_WINDOW, [moments], report)
     lengths = moments.result(cases[0].parameters.rest_positions[-1])
     for index, length in zip(group, lengths["mean_length"], strict=True):
-        runs[index].move_section(length)
+        runs[index].section = length
 
 
 def _pass_window(
@@ -265,7 +236,7 @@ def _pass_window(
     observers = moments, log = LengthMoments(width, middle), ReturnLog(width)
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
-        growth = grow(chains, length, observers, report)
+        growth = vectors.grow(chains, length, observers, report)
         for run, rates, deviation in zip(members, growth, chains.deviations(), strict=True):
             run.growth.append(rates)
             run.deviation = deviation
@@ -278,8 +249,9 @@ def _pass_window(
             kept.append(slips)
         run.judge(log, lane, middle, closed)
         run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
-        if len(log.returns(lane)[0]) < _FEWEST and not run.settled:
-            run.move_section(lengths["mean_length"][lane])
+        few = len(log.returns(lane)[0]) < _FEWEST
+        if few and not run.settled and np.isfinite(run.motion["mean_length"]):
+            run.section = run.motion["mean_length"]
 
 
 def _integrator(members: list[_Run]) -> Integrator:
@@ -288,7 +260,7 @@ def _integrator(members: list[_Run]) -> Integrator:
     section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
     if not members[0].followed:
         return integrator_of(cases, section=section)
-    chains = with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
+    chains = vectors.with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
     deviations = [run.deviation for run in members if run.deviation is not None]
     if deviations:
         chains.set_deviations(np.stack(deviations))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -11,17 +10,8 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.vectors import (
-    NO_SAMPLES,
-    REST,
-    check_method,
-    end_errors,
-    grow,
-    integrator_by,
-    slopes,
-    standard_errors,
-    with_vectors,
-)
+from beltrepro.chaos import vectors
+from beltrepro.chaos.vectors import REST, end_errors, grow, slopes, standard_errors
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import Report, integrator_of, observe
@@ -127,11 +117,9 @@ def lyapunov_spectrum(
     chains : ChainParameters, sequence of them, Grid or Setup
         One chain, of which several runs (`replicate=range(8), initial_spread=1`) tell the errors
         best; or P chains, which may differ in everything.
-    duration : float
-        Model time of each run, the transient included.
-    transient : float
-        The first part of it, which is not counted. The vectors turn to their directions in its last
-        fifth.
+    duration, transient : float
+        Model time of each run, and of its first part, which is not counted. The vectors turn to
+        their directions in the last fifth of that.
     n_exponents : int or None
         K, how many exponents, the largest; all 2N of the longest chain if not given.
     noise_clock : str
@@ -160,9 +148,11 @@ def lyapunov_spectrum(
     """
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
-    check_method(made.cases)
-    integrator_by(noise_clock)
-    count = _count(n_exponents, made.cases)
+    vectors.check_method(made.cases, noise_clock)
+    most = 2 * max(case.parameters.n_blocks for case in made.cases)
+    count = most if n_exponents is None else checks.whole_number("n_exponents", n_exponents)
+    if not 1 <= count <= most:
+        raise InputError(f"n_exponents = {checks.shown(count)}: allowed are 1 to 2N = {most}")
     one_chain = isinstance(made.chains, ChainParameters)
     if one_chain and len({case.identity for case in made.cases}) < len(made.cases):
         raise InputError(
@@ -170,7 +160,7 @@ def lyapunov_spectrum(
             "initial_spread too"
         )
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
-    measure = partial(_followed, count=count, **settings)
+    measure = partial(_growth, count=count, **settings)
     spectra = gathered("exponents", made, measure, progress, **settings)
     growth = spectra["growth"]
     order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
@@ -181,17 +171,8 @@ def lyapunov_spectrum(
         spectra |= {"exponents": runs, "standard_error": errors, "growth": growth}
         spectra["interval"] = np.array(interval)
         return spectra
-    mean, error = _mean_of_runs(growth, errors)
-    return LyapunovSpectrum(
-        parameters=made.cases[0].parameters,
-        exponents=mean,
-        standard_error=error,
-        runs=runs,
-        growth=growth,
-        interval=interval,
-        most_stuck=spectra["most_stuck"],
-        noise_clock=noise_clock,
-    )
+    measured = *_mean_of_runs(growth, errors), runs, growth, interval, spectra["most_stuck"]
+    return LyapunovSpectrum(made.cases[0].parameters, *measured, noise_clock)
 
 
 def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -206,16 +187,7 @@ def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, n
     return np.where(erased, -np.inf, finite.mean(axis=0)), np.where(erased, 0.0, error)
 
 
-def _count(n_exponents: int | None, cases: Sequence[Case]) -> int:
-    """How many exponents are asked for."""
-    widest = 2 * max(case.parameters.n_blocks for case in cases)
-    count = widest if n_exponents is None else checks.whole_number("n_exponents", n_exponents)
-    if not 1 <= count <= widest:
-        raise InputError(f"n_exponents = {checks.shown(count)}: allowed are 1 to 2N = {widest}")
-    return count
-
-
-def _followed(
+def _growth(
     group: np.ndarray,
     members: list[Case],
     report: Report,
@@ -227,17 +199,15 @@ def _followed(
 ) -> dict[str, np.ndarray]:
     """Growth rates (W, T, K) of the vectors of a group, and most blocks stuck at once (W,)."""
     size = min(count, 2 * members[0].parameters.n_blocks)
-    before = integrator_of(members, sampling=NO_SAMPLES)
+    before = integrator_of(members, sampling=vectors.NO_SAMPLES)
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
-        observe(before, alone, [], lambda fraction: report(fraction * alone / duration))
-    chains = with_vectors(before, members, size, noise_clock=noise_clock)
+        observe(before, alone, [], vectors.part(report, 0, alone / duration))
+    chains = vectors.with_vectors(before, members, size, noise_clock=noise_clock)
     if transient > 0:
-        grow(chains, transient - alone, [], lambda fraction: None)
+        grow(chains, transient - alone, [], lambda done: None)
     stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
-    counted = duration - transient
-    growth = grow(
-        chains, counted, [stuck], lambda done: report((transient + done * counted) / duration)
-    )
+    report = vectors.part(report, transient / duration, 1)
+    growth = grow(chains, duration - transient, [stuck], report)
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
     return {"most_stuck": stuck.most, "growth": np.where(erased[:, None], -np.inf, growth)}

@@ -52,16 +52,11 @@ def _slips(orbit: PeriodicOrbit, number: int) -> list[Slip]:
     events = follow(orbit.state, orbit.period_time).events
     events = events[events["kind"] == "slip"]
     chosen = events[np.unique(np.linspace(0, len(events) - 1, number).astype(int))]
-    times = [float(event["time"]) for event in chosen]
-    return [
-        Slip(_at(orbit, time + _AFTER), time, int(event["block"]) - 1)
-        for time, event in zip(times, chosen, strict=True)
-    ]
-
-
-def _at(orbit: PeriodicOrbit, time: float) -> ChainState:
-    """The state of an orbit at an instant, as a start."""
-    return replace(follow(orbit.state, time).final_state, time=0.0, scheme=None)
+    slips = []
+    for time, block in zip(chosen["time"].tolist(), chosen["block"].tolist(), strict=True):
+        state = follow(orbit.state, time + _AFTER).final_state
+        slips.append(Slip(replace(state, time=0.0, scheme=None), time, block - 1))
+    return slips
 
 
 def _lost(track: Track, starts: Sequence[Slip], size: float, periods: int) -> bool:

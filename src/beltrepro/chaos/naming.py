@@ -8,16 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from beltrepro.chaos import vectors
 from beltrepro.chaos.periodic_orbits import moments_of_orbit
-from beltrepro.chaos.vectors import (
-    REST,
-    check_method,
-    grow,
-    integrator_by,
-    slopes,
-    standard_errors,
-    with_vectors,
-)
+from beltrepro.chaos.vectors import REST
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
@@ -32,7 +25,6 @@ from beltrepro.stats.motion import PERIODIC, name_motion
 from beltrepro.stats.recurrence import Recurrence, find_recurrence
 
 _SAMPLES = Sampling(1, 0.1)  # for r
-LENGTHS = ("disorder_parameter", "mean_length")
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
 _ALIGNED = 0.1  # first share of the observation, in which the vectors turn to their directions
 _END = 0.5  # last share of it, in which blocks must turn for the motion not to be equilibrium slip
@@ -88,11 +80,9 @@ def classify(
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
         One chain or P chains.
-    duration : float
-        Model time of each run, the transient included.
-    transient : float
-        The first part of it; the motion after it is judged. A period can be found that fits in
-        twice.
+    duration, transient : float
+        Model time of each run, and of its first part; the motion after that is judged. A period can
+        be found that fits in twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
     progress : callable, optional
@@ -114,8 +104,7 @@ def classify(
     """
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
-    check_method(made.cases)
-    integrator_by(noise_clock)
+    vectors.check_method(made.cases, noise_clock)
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     motions = gathered("motion", made, partial(_judged, **settings), progress, **settings)
     if not made.alone:
@@ -134,20 +123,14 @@ def _judged(
     noise_clock: str,
 ) -> dict[str, np.ndarray]:
     """Name, period and exponent of each motion of a group: arrays (W,)."""
-    chains = _after(
-        members, transient, noise_clock, lambda fraction: report(fraction * transient / duration)
-    )
-    observed = duration - transient
+    observed, share = duration - transient, transient / duration
+    chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
     half = chains.time + (1 - _END) * observed
     moments, log = LengthMoments(len(members), chains.time), ReturnLog(len(members))
-
-    def report_after(done: float) -> None:
-        report((transient + done * observed) / duration)
-
-    growth = grow(chains, observed, [moments, log], report_after)
+    growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
-    exponents, errors = slopes(growth), standard_errors(growth)
-    length = moments.result(members[0].parameters.rest_positions[-1])
+    exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
+    lengths = moments.result(members[0].parameters.rest_positions[-1])
     rows = []
     for lane, case in enumerate(members):
         times, states, slips = log.returns(lane)
@@ -161,18 +144,14 @@ def _judged(
             returns=len(times),
             noisy=case.parameters.noise > 0,
         )
+        row = {"state": state, **period_of(closed, slips)}
         first = int(np.argmax(exponents[lane]))
-        row = {
-            "state": state,
-            **period_of(closed, slips),
-            "largest_exponent": exponents[lane, first],
-        }
-        row["standard_error"] = errors[lane, first]
-        rows.append(row | {name: length[name][lane] for name in LENGTHS})
+        row |= {"largest_exponent": exponents[lane, first], "standard_error": errors[lane, first]}
+        row |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
         if closed is not None and state == PERIODIC:
             # the motion after the transient may hold irregular motion that came before the orbit
-            orbit = moments_of_orbit(chains.state()[lane], closed.time, case.tolerance)
-            rows[-1] |= {name: orbit[name].item() for name in LENGTHS}
+            row |= moments_of_orbit(chains.state()[lane], closed.time, case.tolerance)
+        rows.append(row)
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
@@ -191,7 +170,7 @@ def _after(
         positions = np.where(np.isfinite(mean), mean, positions)
     size = min(_VECTORS, 2 * chain.n_blocks)
     section = Section(chain.n_blocks, positions)
-    return with_vectors(before, members, size, _SAMPLES, section, noise_clock)
+    return vectors.with_vectors(before, members, size, _SAMPLES, section, noise_clock)
 
 
 NO_PERIOD = {"period_time": np.nan, "period_events": 0, "period_returns": 0}

@@ -6,14 +6,15 @@ map over one period. Its 2N eigenvalues are the multipliers of the orbit (docs/c
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method
+from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part
 from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
@@ -23,13 +24,7 @@ from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation import Run, Setup, simulate
 from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
-from beltrepro.simulation.setup import (
-    Case,
-    Chains,
-    check_lengths,
-    setup_of,
-    with_setup,
-)
+from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
@@ -149,11 +144,9 @@ def periodic_orbit(
     ----------
     chains : ChainParameters or Setup
         One run of one chain, without noise.
-    duration : float
-        Model time of the run, the transient included.
-    transient : float
-        The first part of it, in which the chain may settle. A period can be found that fits twice
-        in the rest.
+    duration, transient : float
+        Model time of the run, and of its first part, in which the chain may settle. A period can be
+        found that fits twice in the rest.
     progress : callable, optional
         Called with the fraction done.
     **setup
@@ -175,26 +168,36 @@ def periodic_orbit(
     if len(made.cases) > 1:
         raise InputError(f"chains = {checks.shown(chains)}: one run of one chain is needed")
     (case,) = made.cases
-    check_method(made.cases)
-    check_noise(case.parameters)
+    check_exact(made.cases)
     duration, transient = check_lengths(duration, transient)
     if transient == 0:
         raise InputError("transient = 0: must be greater than 0, a chain needs time to settle")
     check_progress(progress)
-    report = progress or (lambda done: None)
-    settled = simulate(
-        made,
-        duration=transient,
-        transient=transient / 2,
-        sample_interval=None,
-        progress=lambda done: report(done * transient / duration),
-    )
+    observed, share = duration - transient, transient / duration
+    how: dict = {"transient": transient / 2, "sample_interval": None}
+    settled = simulate(made, duration=transient, progress=part(progress, 0, share), **how)
     settled = settled[0] if isinstance(settled, list) else settled
-    observed = duration - transient
-    state, period_time = _recurrence(
-        settled, observed, lambda done: report((transient + done * observed) / duration)
+    # every motion comes down through its mean length again and again
+    length, log, report = settled.mean_length, ReturnLog(1), part(progress, share, 1)
+    chain = _advanced(
+        settled.final_state, observed, case.tolerance, log, length=length, report=report
     )
-    return close_orbit(state, period_time, case.tolerance)
+    times, states, _ = log.returns(0)
+    recurrence = find_recurrence(states, times)
+    if recurrence is None:
+        raise InputError(
+            f"{case.parameters.describe()}: no state comes back in the last {observed:g} time "
+            "units; the motion has not settled, or not on a periodic orbit"
+        )
+    return close_orbit(chain.state()[0], recurrence.time, case.tolerance)
+
+
+def check_exact(cases: Sequence[Case]) -> None:
+    """That cases have a tangent dynamics, and no noise, so that their states can come back."""
+    check_method(cases)
+    for noise in (case.parameters.noise for case in cases):
+        if noise > 0:
+            raise InputError(f"noise = {noise:g}: must be 0, with noise no state comes back")
 
 
 def close_orbit(
@@ -207,85 +210,55 @@ def close_orbit(
     start = _most_stuck(state, period_time, tolerance)
     start, period_time, monodromy, residual = _closed(start, period_time, tolerance)
     lengths = moments_of_orbit(start, period_time, tolerance)
-    mean_length = float(lengths["mean_length"][0])
     slips = follow(start, period_time, tolerance).events["kind"] == "slip"
     return PeriodicOrbit(
         parameters=state.parameters,
         state=start,
         period_time=period_time,
         period_events=int(slips.sum()),
-        period_returns=len(states_at(start, period_time, mean_length, tolerance)),
+        period_returns=len(states_at(start, period_time, lengths["mean_length"], tolerance)),
         monodromy=monodromy,
         multipliers=_multipliers(start, monodromy),
         residual=residual,
-        disorder_parameter=float(lengths["disorder_parameter"][0]),
-        mean_length=mean_length,
+        **lengths,
     )
 
 
-def check_noise(parameters: ChainParameters) -> None:
-    """That a chain has no noise, so that its states can come back."""
-    if parameters.noise > 0:
-        raise InputError(f"noise = {parameters.noise:g}: must be 0, with noise no state comes back")
-
-
-def _recurrence(settled: Run, observed: float, report: Report) -> tuple[ChainState, float]:
-    """Follow a chain from the end of a run; its state at last, and its period."""
-    # every motion comes down through its mean length again and again
-    section = Section(settled.parameters.n_blocks, np.array([settled.mean_length]))
-    chain = _integrator(settled.final_state, settled.tolerance, NO_SAMPLES, section)
-    log = ReturnLog(1)
-    observe(chain, observed, [log], report)
-    times, states, _ = log.returns(0)
-    recurrence = find_recurrence(states, times)
-    if recurrence is None:
-        raise InputError(
-            f"{settled.parameters.describe()}: no state comes back in the last {observed:g} time "
-            "units; the motion has not settled, or not on a periodic orbit"
-        )
-    return chain.state()[0], recurrence.time
-
-
-def _integrator(
-    state: ChainState, tolerance: float | None, sampling: Sampling, section: Section | None = None
+def _advanced(
+    start: ChainState,
+    duration: float,
+    tolerance: float | None,
+    *observers: Any,
+    sampling: Sampling = NO_SAMPLES,
+    length: float | None = None,
+    report: Report = lambda done: None,
 ) -> Integrator:
-    """One chain by itself."""
-    case = Case(state, METHOD, TIME_STEP, tolerance)
-    return integrator_of([case], sampling=sampling, section=section)
+    """One chain by itself after some time; its returns are those to a length of it."""
+    section = None if length is None else Section(start.parameters.n_blocks, np.array([length]))
+    case = Case(start, METHOD, TIME_STEP, tolerance)
+    chain = integrator_of([case], sampling=sampling, section=section)
+    observe(chain, duration, observers, report)
+    return chain
 
 
 def moments_of_orbit(
     start: ChainState, period_time: float, tolerance: float | None
-) -> dict[str, np.ndarray]:
-    """Moments of x_N over the period."""
+) -> dict[str, float]:
+    """r and <x_N> over the period."""
     count = int(np.ceil(period_time / _SAMPLE_INTERVAL))
     moments = LengthMoments(1)
-    sampled = _integrator(start, tolerance, Sampling(1, period_time / count))
-    observe(sampled, period_time, [moments], lambda done: None)
-    return moments.result(start.parameters.rest_positions[-1])
+    _advanced(start, period_time, tolerance, moments, sampling=Sampling(1, period_time / count))
+    lengths = moments.result(start.parameters.rest_positions[-1])
+    return {name: float(lengths[name][0]) for name in ("disorder_parameter", "mean_length")}
 
 
 def states_at(
     start: ChainState, period_time: float, length: float, tolerance: float | None = None
 ) -> np.ndarray:
     """States (K, 2N) in which an orbit comes down through a length of the chain in a period."""
-    section, log = Section(start.parameters.n_blocks, np.array([length])), ReturnLog(1)
-    crossing = _integrator(start, tolerance, NO_SAMPLES, section)
-    observe(crossing, period_time, [log], lambda done: None)
+    log = ReturnLog(1)
+    _advanced(start, period_time, tolerance, log, length=length)
     return log.returns(0)[1]
-
-
-# A state with given blocks stuck has D coordinates: the displacements of all blocks, and the
-# velocities of those that slip. Its other velocities are those of the belt, and stay so.
-
-
-class _Closed(NamedTuple):
-    """A closed orbit: one of its states, and what a period does to deviations from it."""
-
-    state: ChainState
-    period_time: float
-    monodromy: np.ndarray  # (D, D)
-    residual: float  # as a share of the largest coordinate
 
 
 def follow(
@@ -297,6 +270,10 @@ def follow(
     """The run from a state on."""
     setup = Setup(state.parameters, tolerance=tolerance, initial_state=state)
     return cast(Run, simulate(setup, duration=duration, sample_interval=sample_interval))
+
+
+# A state with given blocks stuck has D coordinates: the displacements of all blocks, and the
+# velocities of those that slip. Its other velocities are those of the belt, and stay so.
 
 
 def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) -> ChainState:
@@ -317,29 +294,30 @@ def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) 
     longest = int(np.argmax(np.where(most, lasting, -1.0)))
     middle = float(events["time"][longest] - lasting[longest] / 2)
     if abs(middle) > _OFF_MIDDLE * lasting[longest]:
-        chain = _integrator(state, tolerance, NO_SAMPLES)
-        observe(chain, middle % period_time, [], lambda done: None)
-        (state,) = chain.state()
+        (state,) = _advanced(state, middle % period_time, tolerance).state()
     return replace(state, time=0.0, scheme=None)
 
 
-def _closed(start: ChainState, period_time: float, tolerance: float | None) -> _Closed:
-    """The orbit that closes near a state after about a period."""
-    best, size, about = None, float(np.abs(coordinates(start)).max()), period_time
+def _closed(
+    start: ChainState, period_time: float, tolerance: float | None
+) -> tuple[ChainState, float, np.ndarray, float]:
+    """A state of the orbit that closes after about a period, the period, tangent map, residual."""
+    best, least, about = None, np.inf, period_time
+    size = float(np.abs(coordinates(start)).max())
     for _ in range(_STEPS):
         end, matrix = _once_around(start, period_time, tolerance)
         if not (np.array_equal(end.directions, start.directions) and np.isfinite(matrix).all()):
             break
-        apart, rates = coordinates(end) - coordinates(start), flow(start)
+        apart = coordinates(end) - coordinates(start)
         residual = float(np.abs(apart).max()) / size
-        if best is not None and residual >= best.residual:
+        if residual >= least:
             break
-        best = _Closed(start, period_time, matrix, residual)
-        change, longer = closing(matrix, rates, apart)
+        best, least = (start, period_time, matrix, residual), residual
+        change, longer = closing(matrix, flow(start), apart)
         start, period_time = shifted(start, change), period_time + longer
         if abs(period_time - about) > _NEAR * about:
             break
-    if best is None or best.residual > CLOSED:
+    if best is None or least > CLOSED:
         raise InputError(
             f"{start.parameters.describe()}: no orbit closes near the state after about the time "
             f"{about:g}"

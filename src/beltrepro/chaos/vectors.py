@@ -1,6 +1,6 @@
 """Deviation vectors of a group of chains: how they start, grow and are kept apart."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from beltrepro.engine.integrator import Integrator, Sampling, Section
 from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.vector import inlined
+from beltrepro.simulation.groups import Report
 from beltrepro.simulation.setup import Case
 
 METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
@@ -20,11 +21,22 @@ _BATCHES = 32  # of the growth of one run, whose scatter is its error
 _SLOPE = 1.2  # variance of a slope of a random walk by least squares over that by its ends
 
 
-def check_method(cases: Sequence[Case]) -> None:
-    """That all cases are simulated by a method with a tangent dynamics."""
+def check_method(cases: Sequence[Case], noise_clock: str = "rest") -> None:
+    """That all cases are simulated by a method with a tangent dynamics, by a known clock."""
     for case in cases:
         if case.method != METHOD:
             raise InputError(f"method = {case.method!r}: only {METHOD!r} has a tangent dynamics")
+    names.one_of("noise_clock", noise_clock, INTEGRATORS)
+
+
+def part(progress: Report | None, low: float, high: float) -> Report:
+    """Report of a part of the work, from its share `low` to its share `high`."""
+
+    def report(done: float) -> None:
+        if progress is not None:
+            progress(low * (1 - done) + high * done)
+
+    return report
 
 
 # --- what "the same noise" means for a second chain -----------------------------------------------
@@ -56,13 +68,8 @@ class LaboratoryIntegrator(TangentIntegrator):
     _hooks = tangent.HOOKS._replace(series_made=_hold_noise)
 
 
-REST, LABORATORY = "rest", "laboratory"
-_INTEGRATORS = {REST: TangentIntegrator, LABORATORY: LaboratoryIntegrator}
-
-
-def integrator_by(noise_clock: str) -> type[TangentIntegrator]:
-    """The integrator for a clock of the noise."""
-    return _INTEGRATORS[names.one_of("noise_clock", noise_clock, _INTEGRATORS)]
+REST = "rest"
+INTEGRATORS = {REST: TangentIntegrator, "laboratory": LaboratoryIntegrator}
 
 
 # --- vectors --------------------------------------------------------------------------------------
@@ -77,7 +84,7 @@ def with_vectors(
     noise_clock: str = REST,
 ) -> TangentIntegrator:
     """The chains that an integrator has advanced, with random orthonormal vectors, all the same."""
-    chains = integrator_by(noise_clock)(
+    chains = INTEGRATORS[noise_clock](
         before.state(),
         n_vectors=n_vectors,
         time_step=members[0].time_step,
@@ -95,26 +102,24 @@ def with_vectors(
 
 
 def grow(
-    chains: TangentIntegrator, length: float, observers: Sequence, report: Callable[[float], None]
+    chains: TangentIntegrator, length: float, observers: Sequence, report: Report
 ) -> np.ndarray:
-    """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals."""
+    """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals.
+
+    After each the vectors are made orthonormal.
+    """
     begin, count = chains.time, max(1, round(length / INTERVAL))
     growth: list[np.ndarray] = []
     for number in range(1, count + 1):
         for chunk in chains.advance(begin + number * length / count):
             for observer in observers:
                 observer.observe(chunk)
-        growth.append(_orthonormalise(chains))
+        directions, triangle = np.linalg.qr(chains.deviations())
+        chains.set_deviations(directions)
+        stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+        growth.append(np.log(np.maximum(stretch, np.finfo(float).tiny)))
         report(number / count)
     return np.stack(growth, axis=1) * (count / length)
-
-
-def _orthonormalise(chains: TangentIntegrator) -> np.ndarray:
-    """Make the vectors orthonormal; returns the logarithms (W, K) of their growth."""
-    directions, triangle = np.linalg.qr(chains.deviations())
-    chains.set_deviations(directions)
-    stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
-    return np.log(np.maximum(stretch, np.finfo(float).tiny))
 
 
 def slopes(growth: np.ndarray) -> np.ndarray:
@@ -148,8 +153,7 @@ def end_errors(growth: np.ndarray) -> np.ndarray:
     """
     count = growth.shape[1]
     finite = _finite(growth)
-    steps = finite - slopes(finite)[:, None]
-    about = np.cumsum(steps, axis=1).std(axis=1)
+    about = np.cumsum(finite - slopes(finite)[:, None], axis=1).std(axis=1)
     return about * np.sqrt(12 / count) / count
 
 

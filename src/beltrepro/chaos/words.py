@@ -4,7 +4,6 @@ A symbol is a block and what happens to it: "-" it starts to slip backwards over
 starts to slip forwards, "|" it sticks. A block that reverses does not stick in between.
 """
 
-from collections.abc import Iterable
 from itertools import zip_longest
 from typing import NamedTuple
 
@@ -24,48 +23,51 @@ class Symbol(NamedTuple):
         return f"{self.block}{self.kind}"
 
 
-def symbols(events: np.ndarray) -> list[Symbol]:
+Word = list[Symbol]
+
+
+def symbols(events: np.ndarray) -> Word:
     """Those of the events of a run, as `Run.events` has them."""
-    if not len(events):
-        return []
     slips = events["kind"] == "slip"
     instants = events[["time", "block"]]
-    reverses = np.append(~slips[:-1] & slips[1:] & (instants[:-1] == instants[1:]), False)
+    reverses = np.zeros(len(events), dtype=bool)
+    reverses[:-1] = ~slips[:-1] & slips[1:] & (instants[:-1] == instants[1:])
     kinds = np.where(slips, np.where(events["force"] < 0, "-", "+"), "|")
     columns = (events["time"], events["block"], kinds)
     return [Symbol(*row) for row in zip(*(c[~reverses].tolist() for c in columns), strict=True)]
 
 
-def kinds(word: Iterable[Symbol]) -> dict[int, str]:
+def kinds(word: Word) -> dict[int, str]:
     """What happens to each block, in order."""
-    blocks: dict[int, str] = {}
+    return {block: "".join(symbol.kind for symbol in own) for block, own in _by_block(word).items()}
+
+
+def _by_block(word: Word) -> dict[int, Word]:
+    blocks: dict[int, Word] = {}
     for symbol in word:
-        blocks[symbol.block] = blocks.get(symbol.block, "") + symbol.kind
+        blocks.setdefault(symbol.block, []).append(symbol)
     return blocks
 
 
-def slips_alike(one: Iterable[Symbol], other: Iterable[Symbol]) -> bool:
+def slips_alike(one: Word, other: Word) -> bool:
     """Whether each block slips as often in both periods, in the same directions and order.
 
     The order of events of different blocks may change along a branch, and a stick may shrink to
     nothing between two slips: the motion goes on smoothly.
     """
-    first, second = (
-        {block: word.replace("|", "") for block, word in kinds(both).items()}
-        for both in (one, other)
-    )
+    first, second = (kinds([s for s in word if s.kind != "|"]) for word in (one, other))
     return first.keys() == second.keys() and all(
-        len(first[block]) == len(second[block]) and first[block] in 2 * second[block]
-        for block in first
+        len(slips) == len(second[block]) and slips in 2 * second[block]
+        for block, slips in first.items()
     )
 
 
-def sticks(word: Iterable[Symbol]) -> dict[int, int]:
+def sticks(word: Word) -> dict[int, int]:
     """How often each block sticks."""
     return {block: what.count("|") for block, what in kinds(word).items()}
 
 
-def repeats(word: list[Symbol], period_time: float, within: float) -> int:
+def repeats(word: Word, period_time: float, within: float) -> int:
     """Into how many equal parts a period falls, to within a share of it; 1 if it does not."""
     times = np.array([symbol.time for symbol in word])
     names = np.array([str(symbol) for symbol in word])
@@ -87,24 +89,15 @@ class Difference(NamedTuple):
     at_once: bool  # it is the stick, or the slip after it, of a stick of no length
 
 
-def first_difference(inside: list[Symbol], outside: list[Symbol]) -> Difference | None:
+def first_difference(inside: Word, outside: Word) -> Difference | None:
     """Where two motions that begin side by side first differ, if they do."""
     differences = []
     first, second = _by_block(inside), _by_block(outside)
     for block in first.keys() | second.keys():
-        for pair in zip_longest(first.get(block, []), second.get(block, [])):
-            old, new = pair
+        for old, new in zip_longest(first.get(block, []), second.get(block, [])):
             near = bool(old and new) and abs(new.time - old.time) < SAME
-            if near and old.kind == new.kind:
-                continue
-            appears = old is None or (new is not None and new.time < old.time)
-            differences.append(Difference(new if appears else old, appears, near))
-            break
+            if not (near and old.kind == new.kind):
+                appears = old is None or (new is not None and new.time < old.time)
+                differences.append(Difference(new if appears else old, appears, near))
+                break
     return min(differences, default=None)
-
-
-def _by_block(word: Iterable[Symbol]) -> dict[int, list[Symbol]]:
-    blocks: dict[int, list[Symbol]] = {}
-    for symbol in word:
-        blocks.setdefault(symbol.block, []).append(symbol)
-    return blocks

@@ -9,6 +9,11 @@ import scipy
 from beltrepro.base.errors import require
 
 MINIMUM_POINTS = 500
+MOST_POINTS = 20_000  # of which pairs are counted
+LEAST_PAIRS = 100
+_WINDOW = (1e-4, 1e-2)  # of C(R)
+_RADII = 24
+_SAMPLES = 400_000  # pairs that tell at which radii C has given values
 
 
 class Dimension(NamedTuple):
@@ -18,52 +23,27 @@ class Dimension(NamedTuple):
     error: float  # of the slope, and half of what it changes from the lower radii to the upper
 
 
-def correlation_dimension(
-    points: npt.ArrayLike,
-    *,
-    window: tuple[float, float] = (1e-4, 1e-2),
-    n_radii: int = 24,
-    max_points: int = 20_000,
-    minimum_pairs: int = 100,
-) -> Dimension:
+def correlation_dimension(points: npt.ArrayLike) -> Dimension:
     """Slope of log C(R) against log R (Grassberger and Procaccia 1983), by a k-d tree.
 
-    C(R) is the share of pairs closer than R (Euclidean). It is read where it lies within `window`,
-    raised at the lower end so that at least `minimum_pairs` pairs are counted. At smaller radii C
-    depends on single pairs, at larger ones on the size of the set.
+    C(R) is the share of pairs closer than R (Euclidean). It is read where it lies within a window,
+    raised at the lower end so that enough pairs are counted. At smaller radii C depends on single
+    pairs, at larger ones on the size of the set.
     """
     points = np.asarray(points, dtype=float)
     points = points[np.isfinite(points).all(axis=1)]
     require(len(points) >= MINIMUM_POINTS, f"{len(points)} points, {MINIMUM_POINTS} are needed")
-    if len(points) > max_points:
-        points = points[np.linspace(0, len(points) - 1, max_points).astype(int)]
+    if len(points) > MOST_POINTS:
+        points = points[np.linspace(0, len(points) - 1, MOST_POINTS).astype(int)]
     n_pairs = len(points) * (len(points) - 1) / 2
-    lowest = max(window[0], minimum_pairs / n_pairs)
-    low, high = _radii(points, (lowest, window[1]))
-    require(0 < low < high, "the correlation integral has no window to fit: points in few places")
-    tree = scipy.spatial.cKDTree(points)
-    radius = np.geomspace(low, high, n_radii)
-    share = _correlation(tree, radius, n_pairs)
-    logs = np.log(radius), np.log(share)
-    slope, slope_error = _slope(*logs)
-    half = n_radii // 2
-    lower, _ = _slope(logs[0][:half], logs[1][:half])
-    upper, _ = _slope(logs[0][half:], logs[1][half:])
-    return Dimension(slope, float(np.hypot(slope_error, (upper - lower) / 2)))
-
-
-def _radii(points: np.ndarray, shares: tuple[float, float], n_samples: int = 400_000) -> np.ndarray:
-    """Radii at which C has the given values, about: quantiles of the distances of random pairs."""
-    first, second = np.random.default_rng(0).integers(0, len(points), (2, n_samples))
+    first, second = np.random.default_rng(0).integers(0, len(points), (2, _SAMPLES))
     distances = np.linalg.norm(points[first] - points[second], axis=1)[first != second]
-    return np.quantile(distances, shares)
-
-
-def _correlation(tree: scipy.spatial.cKDTree, radius: np.ndarray, n_pairs: float) -> np.ndarray:
+    low, high = np.quantile(distances, (max(_WINDOW[0], LEAST_PAIRS / n_pairs), _WINDOW[1]))
+    require(0 < low < high, "the correlation integral has no window to fit: points in few places")
+    tree, radius = scipy.spatial.cKDTree(points), np.geomspace(low, high, _RADII)
     ordered_pairs_and_selves = tree.count_neighbors(tree, radius)
-    return (ordered_pairs_and_selves - tree.n) / 2 / n_pairs
-
-
-def _slope(abscissa: np.ndarray, ordinate: np.ndarray) -> tuple[float, float]:
-    coefficients, covariance = np.polyfit(abscissa, ordinate, 1, cov=True)
-    return float(coefficients[0]), float(np.sqrt(covariance[0, 0]))
+    x, y = np.log(radius), np.log((ordered_pairs_and_selves - tree.n) / 2 / n_pairs)
+    (slope, _), covariance = np.polyfit(x, y, 1, cov=True)
+    half = _RADII // 2
+    lower, upper = np.polyfit(x[:half], y[:half], 1)[0], np.polyfit(x[half:], y[half:], 1)[0]
+    return Dimension(float(slope), float(np.hypot(covariance[0, 0] ** 0.5, (upper - lower) / 2)))

@@ -53,15 +53,13 @@ class Estimate:
             return ("no", "yes")[int(self.value)]
         if self.low == self.high:
             return f"{self.value:.4g}"
-        if math.isinf(self.low) and math.isinf(self.high):
-            return f"{self.value:.3g} (one run)"
-        if math.isnan(self.low) or math.isnan(self.high):
-            return f"{self.value:.3g} (error not known)"
-        if math.isinf(self.high):
-            return f"{self.value:.3g} ({self.low:.3g} or more)"
-        if math.isinf(self.low):
-            return f"{self.value:.3g} ({self.high:.3g} or less)"
-        return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
+        interval = {
+            (True, True): f"{self.low:.3g} to {self.high:.3g}",
+            (True, False): f"{self.low:.3g} or more",
+            (False, True): f"{self.high:.3g} or less",
+            (False, False): "error not known" if math.isnan(self.low) else "one run",
+        }[math.isfinite(self.low), math.isfinite(self.high)]
+        return f"{self.value:.3g} ({interval})"
 
     def named(self, *names: str) -> dict[str, float]:
         """The number and the ends of its interval under three names, as columns of a table."""
@@ -75,8 +73,7 @@ class Estimate:
 
 def sure(value: float | bool) -> Estimate:
     """What is no matter of chance: a closed form, a property of the model, a yes or no."""
-    value = float(value)
-    return Estimate(value, value, value)
+    return Estimate(float(value), float(value), float(value))
 
 
 def all_sure(values: dict[str, float | bool]) -> dict[str, Estimate]:
@@ -94,13 +91,23 @@ def absent(runs: int | None = None) -> Estimate:
     return Estimate(math.nan, math.nan, math.nan, runs)
 
 
+def about(value: float, below: float, above: float, runs: int | None) -> Estimate:
+    """A number whose interval reaches so far below and above it."""
+    return Estimate(float(value), float(value - below), float(value + above), runs)
+
+
+def from_error(value: float, error: float, runs: int | None, freedom: float = math.inf) -> Estimate:
+    """A number with a standard error that so many degrees of freedom tell, by Student's t."""
+    reach = scipy.stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * error
+    return about(value, reach, reach, runs)
+
+
 def mean(samples: Sequence[float] | np.ndarray) -> Estimate:
     """Mean of independent runs, with the interval of Student's t."""
     samples = np.asarray(samples, dtype=float)
-    require(samples.size >= 2, f"{samples.size} runs, 2 are needed for an interval")
-    centre, error = float(samples.mean()), float(scipy.stats.sem(samples))
-    reach = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, samples.size - 1)) * error
-    return Estimate(centre, centre - reach, centre + reach, samples.size)
+    runs = samples.size
+    require(runs >= 2, f"{runs} runs, 2 are needed for an interval")
+    return from_error(samples.mean(), scipy.stats.sem(samples), runs, runs - 1)
 
 
 def share(count: int, runs: int, still_open: int = 0) -> Estimate:
@@ -178,33 +185,26 @@ def from_resamples(
         return absent(runs)
     if finite.size < 0.95 * redrawn.size:
         return Estimate(value, math.nan, math.nan, runs)
-    tail = _tail(runs)
+    reach = scipy.stats.t.ppf((1 + CONFIDENCE) / 2, runs - 1) * math.sqrt(runs / (runs - 1))
+    tail = scipy.stats.norm.sf(reach)
     low, high = np.quantile(finite, [tail, 1 - tail])
     below, above = (
-        math.hypot(max(0.0, reach), grid_spacing / 2) for reach in (value - low, high - value)
+        math.hypot(max(0.0, side), grid_spacing / 2) for side in (value - low, high - value)
     )
-    return Estimate(value, value - below, value + above, runs)
-
-
-def _tail(runs: int) -> float:
-    """Share of the resamples of so many runs, 2 or more, that lie on one side of the interval."""
-    reach = scipy.stats.t.ppf((1 + CONFIDENCE) / 2, runs - 1) * math.sqrt(runs / (runs - 1))
-    return float(scipy.stats.norm.sf(reach))
+    return about(value, below, above, runs)
 
 
 def difference(first: Estimate, second: Estimate) -> Estimate:
     """First minus second, of independent runs; the sides of the intervals add in quadrature."""
-    value = first.value - second.value
     below = math.hypot(first.value - first.low, second.high - second.value)
     above = math.hypot(first.high - first.value, second.value - second.low)
-    return Estimate(value, value - below, value + above, fewest(first, second))
+    return about(first.value - second.value, below, above, fewest(first, second))
 
 
 def ratio(first: Estimate, second: Estimate) -> Estimate:
     """First over second, both above zero: as `difference`, of their logarithms."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        logarithms = [mapped(np.log, estimate) for estimate in (first, second)]
-    return exponential(difference(*logarithms))
+        return exponential(difference(mapped(np.log, first), mapped(np.log, second)))
 
 
 def exponential(estimate: Estimate) -> Estimate:
@@ -230,19 +230,12 @@ def slope(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
     line than their intervals explain (by the root of the reduced chi square, if above 1).
     """
     require(len(points) >= 3, f"{len(points)} points, 3 are needed for a slope")
-    places, values = np.asarray(places, dtype=float), np.array([point.value for point in points])
-    errors = np.array(
-        [(point.high - point.low) / (2 * scipy.stats.norm.ppf(0.975)) for point in points]
-    )
+    values, low, high = np.array([point.numbers for point in points]).T
+    errors = (high - low) / (2 * scipy.stats.norm.ppf((1 + CONFIDENCE) / 2))
     require(bool(np.all(np.isfinite(values)) and np.all(errors > 0)), "a point has no interval")
-    weights = errors**-2.0
-    centre = np.average(places, weights=weights)
-    spread = np.sum(weights * (places - centre) ** 2)
-    gradient = float(np.sum(weights * (places - centre) * values) / spread)
-    left = values - np.average(values, weights=weights) - gradient * (places - centre)
-    excess = max(1.0, float(np.sum(weights * left**2)) / (len(points) - 2))
-    reach = float(scipy.stats.norm.ppf(0.975)) * math.sqrt(excess / spread)
-    return Estimate(gradient, gradient - reach, gradient + reach, fewest(*points))
+    line, covariance = np.polyfit(places, values, 1, w=1 / errors, cov="unscaled")
+    excess = np.sum(((values - np.polyval(line, places)) / errors) ** 2) / (len(points) - 2)
+    return from_error(line[0], math.sqrt(max(1.0, excess) * covariance[0, 0]), fewest(*points))
 
 
 def trend(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
@@ -254,14 +247,11 @@ def trend(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
     require(len(points) >= 3, f"{len(points)} points, 3 are needed for a trend")
     centred = np.asarray(places, dtype=float) - np.mean(places)
     shares = centred / np.sum(centred**2)
-    value = float(sum(share * point.value for share, point in zip(shares, points, strict=True)))
-    sides = [
-        sorted((share * (point.low - point.value), share * (point.high - point.value)))
-        for share, point in zip(shares, points, strict=True)
-        if share  # that in the middle says nothing, even if it is not known at all
-    ]
-    below, above = (math.hypot(*side) for side in zip(*sides, strict=True))
-    return Estimate(value, value - below, value + above, fewest(*points))
+    # one in the middle says nothing, even if it is not known at all
+    parts = [point.scaled(share) for share, point in zip(shares, points, strict=True) if share]
+    below = math.hypot(*(part.value - part.low for part in parts))
+    above = math.hypot(*(part.high - part.value for part in parts))
+    return about(sum(part.value for part in parts), below, above, fewest(*points))
 
 
 # --- of one recording -----------------------------------------------------------------------------
@@ -297,5 +287,4 @@ def from_stretches(statistic: Callable[[np.ndarray], float], parts: np.ndarray) 
     if independent < 2:
         return Estimate(value, math.nan, math.nan, 1)
     error = math.sqrt(squares / (count - 1) / independent)
-    reach = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, independent - 1)) * error
-    return Estimate(value, value - reach, value + reach, int(independent))
+    return from_error(value, error, int(independent), independent - 1)

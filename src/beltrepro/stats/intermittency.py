@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 LAMINAR_SHARE = (0.05, 0.95)
-MINIMUM_PHASES = 2
+MINIMUM_PHASES = 2  # a single escape from a transient does not count
 _STUCK = 1e-9  # a smaller relative velocity is 0 but for rounding
 
 
@@ -20,40 +19,25 @@ def intermittent_mask(
 
     A laminar phase is an interval longer than `laminar_time` in which the last block does not
     stick. A point is intermittent when laminar phases take between `low` and `high` of the time
-    after the transient and there are at least MINIMUM_PHASES of them (so that a single escape
-    from a transient does not count).
+    after the transient and there are at least MINIMUM_PHASES of them.
     """
     share = np.asarray(points["laminar_fraction"], dtype=float)
     count = np.asarray(points["laminar_count"])
     return (share >= low) & (share <= high) & (count >= MINIMUM_PHASES)
 
 
-def laminar_phases(
-    slip_start: npt.ArrayLike,
-    slip_stop: npt.ArrayLike,
-    laminar_time: float,
-    *,
-    start: float,
-    stop: float,
-) -> np.ndarray:
-    """Intervals longer than `laminar_time` without a stick, between `start` and `stop`."""
-    slip_start = np.asarray(slip_start, dtype=float)
-    slip_stop = np.asarray(slip_stop, dtype=float)
-    if slip_stop.size and (not slip_start.size or slip_stop[0] < slip_start[0]):
-        slip_start = np.concatenate([[-np.inf], slip_start])
-    if slip_start.size > slip_stop.size:
-        slip_stop = np.concatenate([slip_stop, [np.inf]])
-    phases = np.column_stack([np.maximum(slip_start, start), np.minimum(slip_stop, stop)])
-    return phases[phases[:, 1] - phases[:, 0] > laminar_time]
-
-
 def last_block_phases(
     events: np.ndarray, n_blocks: int, laminar_time: float, *, start: float, stop: float
 ) -> np.ndarray:
-    """Laminar phases from the events of a series."""
+    """Laminar phases between `start` and `stop`, from the events of a series."""
     of_last = events[events["block"] == n_blocks]
-    slips, sticks = (of_last["time"][of_last["kind"] == kind] for kind in ("slip", "stick"))
-    return laminar_phases(slips, sticks, laminar_time, start=start, stop=stop)
+    begins, ends = (of_last["time"][of_last["kind"] == kind] for kind in ("slip", "stick"))
+    if len(of_last) and of_last["kind"][0] == "stick":
+        begins = np.append(-np.inf, begins)
+    if begins.size > ends.size:
+        ends = np.append(ends, np.inf)
+    phases = np.column_stack([np.maximum(begins, start), np.minimum(ends, stop)])
+    return phases[phases[:, 1] - phases[:, 0] > laminar_time]
 
 
 def slips_of_all(
@@ -65,7 +49,6 @@ def slips_of_all(
     later = events[(events["time"] > time[0]) & (events["time"] < time[-1])]
     edges = np.concatenate([time[:1], later["time"], time[-1:]])
     stuck = np.count_nonzero(np.abs(relative_velocities[0]) <= _STUCK)
-    change = np.where(later["kind"] == "stick", 1, -1)
-    count = stuck + np.concatenate([[0], np.cumsum(change)])
+    count = stuck + np.append(0, np.cumsum(np.where(later["kind"] == "stick", 1, -1)))
     spans = np.column_stack([edges[:-1], edges[1:]])[count == 0]
     return spans[spans[:, 1] > spans[:, 0]]

@@ -62,7 +62,10 @@ def lines(
     flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
     peaks, _ = scipy.signal.find_peaks(excess, height=HEIGHT, distance=_APART)
     peaks = peaks[inside[peaks]]
-    return Lines(float(flatness), _refined(frequency, power, peaks))
+    # between the frequencies, by parabolas through the logarithm of the power
+    before, at, after = (np.log(power[peaks + shift]) for shift in (-1, 0, 1))
+    shift = (before - after) / (2 * (before - 2 * at + after))
+    return Lines(float(flatness), frequency[peaks] + shift * (frequency[1] - frequency[0]))
 
 
 def spacing(peaks_hz: npt.ArrayLike) -> Spacing:
@@ -76,18 +79,13 @@ def spacing(peaks_hz: npt.ArrayLike) -> Spacing:
     require(peaks.size >= LEAST_PEAKS, f"{peaks.size} peaks, {LEAST_PEAKS} are needed")
     step, concentration = _best_step(peaks)
     stream = np.random.default_rng(_SEED)
-    reached = [
-        _best_step(_random_peaks(stream, peaks.size))[1] >= concentration
-        for _ in range(_RANDOM_SETS)
-    ]
-    return Spacing(step, concentration, (1 + sum(reached)) / (1 + _RANDOM_SETS))
-
-
-def _refined(frequency: np.ndarray, power: np.ndarray, peaks: np.ndarray) -> np.ndarray:
-    """Places of peaks between the frequencies, by parabolas through the logarithm of the power."""
-    before, at, after = (np.log(power[peaks + shift]) for shift in (-1, 0, 1))
-    shift = (before - after) / (2 * (before - 2 * at + after))
-    return frequency[peaks] + shift * (frequency[1] - frequency[0])
+    apart = _APART / SEGMENT_S
+    room = BAND_HZ[1] - BAND_HZ[0] - (peaks.size - 1) * apart
+    reached = 0
+    for _ in range(_RANDOM_SETS):
+        places = BAND_HZ[0] + np.sort(stream.uniform(0, room, peaks.size))
+        reached += _best_step(places + apart * np.arange(peaks.size))[1] >= concentration
+    return Spacing(step, concentration, (1 + reached) / (1 + _RANDOM_SETS))
 
 
 def _best_step(peaks: np.ndarray) -> tuple[float, float]:
@@ -99,12 +97,5 @@ def _best_step(peaks: np.ndarray) -> tuple[float, float]:
     numbers = np.rint(multiple * peaks / peaks[0])
     steps = (numbers @ peaks) / (numbers**2).sum(axis=1)
     concentration = np.cos(2 * np.pi * peaks / steps[:, np.newaxis]).mean(axis=1)
-    best = int(concentration.argmax())
+    best = concentration.argmax()
     return float(steps[best]), float(concentration[best])
-
-
-def _random_peaks(stream: np.random.Generator, count: int) -> np.ndarray:
-    """Random frequencies (count,) in rising order, as far apart as peaks are."""
-    apart = _APART / SEGMENT_S
-    room = BAND_HZ[1] - BAND_HZ[0] - (count - 1) * apart
-    return BAND_HZ[0] + np.sort(stream.uniform(0, room, count)) + apart * np.arange(count)

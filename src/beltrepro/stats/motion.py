@@ -46,24 +46,11 @@ def name_motion(
     n_trivial: int = 1,
     noisy: bool = False,
 ) -> str:
-    """Name of a motion from what was observed of it for some time.
+    """Name of a motion from what was observed of it for some time: the criteria of docs/chaos.md.
 
-    Criteria, in this order:
-
-    - "equilibrium slip": no block sticks or reverses any more;
-    - "periodic": the state comes back (`recurrence.find_recurrence`);
-    - "chaotic": the motion is irregular to the end and its largest exponent is above zero;
-    - "noise-driven", only with noise: no exponent is above zero. Motions under the same noise do
-      not separate, and the motion is irregular because the noise is;
-    - "quasi-periodic", only without noise: no exponent is above zero, and more of them are zero
-      than the symmetries of the motion explain. It fills a torus;
-    - "transient": irregular to the end, and no exponent above zero: it is on the way to one of the
-      others, or too short a time was observed.
-
-    With noise no state comes back, and an orbit that would be periodic without it is
-    "noise-driven". An exponent is zero if it is less than 3 standard errors, or 5 e-foldings in the
-    time, from it. "Quasi-periodic" and "noise-driven" are said only if the time was long enough to
-    tell from zero an exponent that brings a factor e in 200 returns.
+    turns : whether blocks stick or reverse to the end. closed : whether the state comes back.
+    exponents : the largest. returns : to a section. n_trivial : exponents that are zero by the
+    symmetries of the motion; with more of them the motion fills a torus.
     """
     if not turns:
         return EQUILIBRIUM
@@ -74,7 +61,7 @@ def name_motion(
         return CHAOTIC
     least = margin(standard_error, time)
     resolved = least * time * RETURNS <= returns
-    if noisy:
+    if noisy:  # where motions under the same noise do not separate, it is irregular as the noise is
         return NOISE_DRIVEN if np.all(resolved | (values < -least)) else TRANSIENT
     if np.sum(resolved & (np.abs(values) <= least)) > n_trivial:
         return QUASI_PERIODIC

@@ -3,11 +3,12 @@
 Fits by maximum likelihood need the mean of ln x only.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import scipy
+from scipy.special import boxcox, inv_boxcox
 
 from beltrepro.base.errors import require
 
@@ -15,8 +16,7 @@ LEAST_VALUES = 50
 _ONE_END = 1e-6  # share of ln(high / low) by which the mean of ln x must be off both ends
 
 
-@dataclass(frozen=True)
-class Law:
+class Law(NamedTuple):
     """Density c * x**exponent for low <= x <= high."""
 
     exponent: float
@@ -24,8 +24,7 @@ class Law:
     high: float
 
 
-@dataclass(frozen=True)
-class NearestLaw:
+class NearestLaw(NamedTuple):
     """How well a power law fits."""
 
     law: Law  # the power law that comes nearest
@@ -48,8 +47,7 @@ def fit_law(mean_log: float, low: float, high: float) -> Law:
     rate = scipy.optimize.brentq(
         lambda rate: _mean_place(rate) - nearer, 0.0, 1 / (1 - nearer), xtol=1e-15
     )
-    rate = rate if place > 0.5 else -rate
-    return Law(float(rate / length) - 1, float(low), float(high))
+    return Law(float(np.copysign(rate, place - 0.5) / length) - 1, float(low), float(high))
 
 
 def _mean_place(rate: float) -> float:
@@ -97,12 +95,15 @@ def goodness_of_fit(
     size = values.size if independent is None else round(min(independent, values.size))
     require(size >= LEAST_VALUES, f"as good as {size} values, {LEAST_VALUES} are needed")
     below = values[values < law.low]
+    rate = law.exponent + 1
     rng = np.random.default_rng(0)
     further = 0
     for _ in range(samples):
         count = rng.binomial(size, below.size / values.size)
-        drawn = _draw(law, rng.random(size - count))
-        made = np.r_[np.sort(rng.choice(below, count)), np.sort(drawn)] if count else np.sort(drawn)
+        # Box and Cox's transform to this power makes values of a power law uniform
+        shares = rng.random(size - count) * boxcox(law.high / law.low, rate)
+        made = np.sort(law.low * inv_boxcox(shares, rate))
+        made = np.r_[np.sort(rng.choice(below, count)), made] if count else made
         further += _nearest(made, lows, high)[1] >= distance
     return NearestLaw(law, distance, further / samples)
 
@@ -115,33 +116,17 @@ def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, fl
         if tail.size < LEAST_VALUES and laws:  # of a small sample
             continue
         law = fit_law(np.log(tail).mean(), low, high)
-        share = _cumulative(law, tail)
+        share = boxcox(tail / low, law.exponent + 1) / boxcox(high / low, law.exponent + 1)
         rank = np.arange(tail.size + 1) / tail.size
         distance = float(max((rank[1:] - share).max(), (share - rank[:-1]).max()))
         laws.append((law, distance))
     return min(laws, key=lambda pair: pair[1])
 
 
-def _cumulative(law: Law, values: np.ndarray) -> np.ndarray:
-    """Share of a power law below values."""
-    rate, length = law.exponent + 1, np.log(law.high / law.low)
-    place = np.log(values / law.low)
-    return place / length if abs(rate) < 1e-9 else np.expm1(rate * place) / np.expm1(rate * length)
-
-
-def _draw(law: Law, shares: np.ndarray) -> np.ndarray:
-    """Values of a power law below which these shares lie."""
-    rate, length = law.exponent + 1, np.log(law.high / law.low)
-    if abs(rate) < 1e-9:
-        return law.low * np.exp(shares * length)
-    return law.low * np.exp(np.log1p(shares * np.expm1(rate * length)) / rate)
-
-
 # --- straight lines on doubly logarithmic axes ---------------------------------------------------
 
 
-@dataclass(frozen=True)
-class PowerLawFit:
+class PowerLawFit(NamedTuple):
     """y = prefactor * x**exponent, fitted for low <= x <= high."""
 
     exponent: float  # exponent of the law
@@ -172,15 +157,7 @@ def fit_log_log(
     weight = np.ones_like(abscissa) if weight is None else np.asarray(weight, dtype=float)
     used = (abscissa >= low) & (abscissa <= high) & (abscissa > 0) & (ordinate > 0) & (weight > 0)
     require(used.sum() >= 4, f"{used.sum()} points between {low:.3g} and {high:.3g}, 4 are needed")
-    logs, weight = np.log(abscissa[used]), weight[used]
-    coefficients, covariance = np.polyfit(
-        logs, np.log(ordinate[used]), 1, w=np.sqrt(weight), cov=True
-    )
-    return PowerLawFit(
-        exponent=float(coefficients[0]),
-        exponent_error=float(np.sqrt(covariance[0, 0])),
-        prefactor=float(np.exp(coefficients[1])),
-        low=float(low),
-        high=float(high),
-        sample_size=int(used.sum()),
-    )
+    x, y = np.log(abscissa[used]), np.log(ordinate[used])
+    (exponent, offset), covariance = np.polyfit(x, y, 1, w=np.sqrt(weight[used]), cov=True)
+    error, prefactor = float(np.sqrt(covariance[0, 0])), float(np.exp(offset))
+    return PowerLawFit(float(exponent), error, prefactor, low, high, int(used.sum()))

@@ -5,7 +5,7 @@ states at successive crossings of a surface settles the question that a sequence
 coordinates leaves open, to a distance that is far below the size of the orbit and above rounding.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,15 +18,11 @@ CLOSED = 1e-8
 NEAR = 1e-6  # the same of two states of an orbit that is still approached
 
 
-@dataclass(frozen=True)
-class Recurrence:
+class Recurrence(NamedTuple):
     """A closed orbit."""
 
     crossings: int  # crossings of the surface in a period
     time: float  # length of a period, the unit of the times given
-    # greatest distance of a state from that a period earlier, as a share of the largest
-    # coordinate
-    distance: float
     since: int  # index of the first state from which on all states are a period apart
 
 
@@ -57,23 +53,16 @@ def find_recurrence(
         apart = np.abs(states[period:] - states[:-period]).max(axis=1)
         latest = apart[-max(period, crossings) :]
         if len(latest) >= crossings and np.all(latest <= limit):
-            broken = np.flatnonzero(apart > limit)
             least = _least_period(states, period, max(NEAR * size, limit))
-            return Recurrence(
-                crossings=least,
-                time=float(times[-1] - times[-1 - least]),
-                distance=float(latest.max() / size),
-                since=int(broken[-1]) + 1 if broken.size else 0,
-            )
+            since = np.flatnonzero(np.append(True, apart > limit))[-1]
+            return Recurrence(least, float(times[-1] - times[-1 - least]), int(since))
     return None
 
 
 def _least_period(states: np.ndarray, period: int, near: float) -> int:
     """The least part of a period after which states come near to each other all the same."""
     # an orbit that is approached from alternate sides closes after two periods first
-    for part in range(1, period // 2 + 1):
-        if period % part == 0:
-            apart = np.abs(states[-period:] - states[-period - part : -part]).max(axis=1)
-            if np.all(apart <= near):
-                return part
+    for part in (part for part in range(1, period) if period % part == 0):
+        if np.abs(states[-period:] - states[-period - part : -part]).max() <= near:
+            return part
     return period

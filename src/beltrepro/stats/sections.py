@@ -21,26 +21,28 @@ MAXIMUM_PERIOD = 40
 NEAR = 0.005
 MINIMUM_CROSSINGS = 12
 
-_SAME = 1e-9
-_PIECE = 1000  # states that are compared with each other at once
-
 
 def rows(scan: Any, *, n_blocks: int, noise: float) -> dict[str, np.ndarray]:
     """The points of a scan with this n_blocks and noise, in order of u."""
-    arrays = getattr(scan, "arrays", scan)
-    chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["noise"], noise)
-    return _cut(arrays, chosen, "belt_velocity")
+    return _cut(scan, "belt_velocity", n_blocks=n_blocks, noise=noise)
 
 
 def columns(scan: Any, *, n_blocks: int, belt_velocity: float) -> dict[str, np.ndarray]:
     """The points of a scan with this n_blocks and u, in order of noise."""
+    return _cut(scan, "noise", n_blocks=n_blocks, belt_velocity=belt_velocity)
+
+
+def _cut(scan: Any, order: str, **wanted: float) -> dict[str, np.ndarray]:
     arrays = getattr(scan, "arrays", scan)
-    chosen = (arrays["n_blocks"] == n_blocks) & _equal(arrays["belt_velocity"], belt_velocity)
-    return _cut(arrays, chosen, "noise")
+    same = [np.isclose(arrays[name], value, rtol=1e-9, atol=1e-9) for name, value in wanted.items()]
+    chosen = select(arrays, np.all(same, axis=0))
+    return select(
+        chosen, np.lexsort([chosen[key] for key in ("replicate", order) if key in chosen])
+    )
 
 
 def select(points: Mapping[str, np.ndarray], chosen: np.ndarray) -> dict[str, np.ndarray]:
-    """Some of the points of a row or column."""
+    """Some of the points of a row or column, by a mask or in an order."""
     return {name: values[chosen] for name, values in points.items()}
 
 
@@ -60,21 +62,21 @@ def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
     is_number = np.isfinite(values)
     places = np.unique(abscissa[is_number])
     runs_at = [values[is_number & (abscissa == place)] for place in places]
-    columns = ([of(runs) for runs in runs_at] for of in (np.min, np.median, np.max, np.mean))
-    return Spread(places, *(np.array(column, dtype=float) for column in columns))
+    numbers = [[of(runs) for of in (np.min, np.median, np.max, np.mean)] for runs in runs_at]
+    return Spread(places, *np.reshape(numbers, (-1, 4)).T)
 
 
 # --- velocities at the section -----------------------------------------------------------------
 
 
-def find_period(values: npt.ArrayLike, *, tolerance: float | None = None) -> int:
-    """Period of a sequence, in crossings: the smallest p with |v[i+p] - v[i]| <= tolerance.
+def find_period(values: npt.ArrayLike) -> int:
+    """Period of a sequence, in crossings: the smallest p with |v[i+p] - v[i]| within a tolerance.
 
     The condition must hold for every i, and the sequence must be seen at least three times over,
-    so periods up to a third of its length, and at most 40, can be found.
+    so periods up to a third of its length, and at most MAXIMUM_PERIOD, can be found; 0 if none is.
     """
     values = _crossings(values)
-    tolerance = _tolerance(values) if tolerance is None else tolerance
+    tolerance = max(PERIOD_TOLERANCE, RELATIVE_TOLERANCE * float(np.ptp(values)))
     for period in range(1, min(values.size // 3, MAXIMUM_PERIOD) + 1):
         if np.max(np.abs(values[period:] - values[:-period])) <= tolerance:
             return period
@@ -89,19 +91,14 @@ def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
     """
     states = np.asarray(states, dtype=float)
     again = np.zeros(len(states), dtype=bool)
-    limit = near * float(np.ptp(states, axis=0).max()) if len(states) else 0.0
-    # Piece by piece: all pairs of an orbit that is passed ten thousand times would fill the memory.
-    for begin in range(0, len(states), _PIECE):
-        piece = slice(begin, begin + _PIECE)
-        new = states[:begin][~again[:begin]]
-        if len(new):
-            distance, _ = scipy.spatial.cKDTree(new).query(
-                states[piece], distance_upper_bound=limit
-            )
-            again[piece] = np.isfinite(distance)
-        rest = begin + np.flatnonzero(~again[piece])
-        for first, second in sorted(scipy.spatial.cKDTree(states[rest]).query_pairs(limit)):
-            again[rest[second]] |= not again[rest[first]]
+    if len(states):
+        limit = near * float(np.ptp(states, axis=0).max())
+        tree = scipy.spatial.cKDTree(states)
+        # One by one: all pairs of an orbit that is passed ten thousand times would fill the memory.
+        for index in range(len(states)):
+            if not again[index]:
+                near_it = np.array(tree.query_ball_point(states[index], limit))
+                again[near_it[near_it > index]] = True
     return again
 
 
@@ -144,10 +141,6 @@ def zero_one_test(values: npt.ArrayLike) -> float:
     return float(np.median(correlations))
 
 
-def _tolerance(values: np.ndarray) -> float:
-    return max(PERIOD_TOLERANCE, RELATIVE_TOLERANCE * float(np.ptp(values)))
-
-
 def _crossings(values: npt.ArrayLike) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
@@ -156,13 +149,3 @@ def _crossings(values: npt.ArrayLike) -> np.ndarray:
         f"{values.size} crossings of the section, {MINIMUM_CROSSINGS} are needed",
     )
     return values
-
-
-def _equal(values: npt.ArrayLike, wanted: float) -> np.ndarray:
-    return np.abs(np.asarray(values, dtype=float) - wanted) <= _SAME * max(1.0, abs(wanted))
-
-
-def _cut(arrays: Mapping[str, np.ndarray], chosen: np.ndarray, order: str) -> dict[str, np.ndarray]:
-    keys = [arrays["replicate"], arrays[order]] if "replicate" in arrays else [arrays[order]]
-    index = np.lexsort([key[chosen] for key in keys])
-    return {name: values[chosen][index] for name, values in arrays.items()}

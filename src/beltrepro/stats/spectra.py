@@ -5,7 +5,7 @@ import numpy.typing as npt
 import scipy
 
 from beltrepro.base.errors import require
-from beltrepro.stats.estimates import CONFIDENCE, Estimate
+from beltrepro.stats.estimates import Estimate, from_error
 from beltrepro.stats.power_law import PowerLawFit, fit_log_log
 
 # The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the
@@ -66,5 +66,4 @@ def exponent_of(law: PowerLawFit, frequency: npt.ArrayLike, *, resamples: int = 
         windowed = waves[1:-1] - (waves[:-2] + waves[2:]) / 2  # Hann's window
         power = np.abs(windowed) ** 2
         exponents.append(fit_power_law(frequency[:-1], power, low=law.low, high=law.high).exponent)
-    reach = float(scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * np.std(exponents))
-    return Estimate(law.exponent, law.exponent - reach, law.exponent + reach)
+    return from_error(law.exponent, float(np.std(exponents)), None)

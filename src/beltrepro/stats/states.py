@@ -16,6 +16,7 @@ QUASI_PERIODIC = "quasi-periodic stick-slip"
 TRANSIENT = "transient"
 UNDECIDED = "undecided"
 
+# of the 0-1 test
 CHAOS = 0.8
 REGULAR = 0.2
 
@@ -35,19 +36,15 @@ def label_states(
       K < 0.2 (`sections.zero_one_test`);
     - "undecided": K in between, or too few crossings of the section.
     """
-    n_points = len(points["belt_velocity"])
-    mask = intermittent_mask(points)
-    states = np.empty(n_points, dtype=object)
-    for index in range(n_points):
-        last_stick = np.nan_to_num(points["last_stick_time"][index], nan=-1.0)
-        if last_stick <= transient:
-            states[index] = CONTINUOUS
-        elif last_stick < transient + 0.5 * (duration - transient):
-            states[index] = TRANSIENT
-        elif mask[index]:
-            states[index] = INTERMITTENT
-        else:
-            states[index] = _stick_slip(points["section_velocity"][index])
+    last_stick = np.nan_to_num(points["last_stick_time"], nan=-1.0)
+    settles = last_stick < transient + 0.5 * (duration - transient)
+    states = np.select(
+        [last_stick <= transient, settles, intermittent_mask(points)],
+        [CONTINUOUS, TRANSIENT, INTERMITTENT],
+        "",
+    ).astype(object)
+    for index in np.flatnonzero(states == ""):
+        states[index] = _stick_slip(points["section_velocity"][index])
     return states.astype(str)
 
 

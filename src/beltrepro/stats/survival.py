@@ -14,12 +14,12 @@ are given up are missing. So ends count up to a `horizon` only (`SEEN`).
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import scipy
+from scipy.optimize import brentq
 
 from beltrepro.base.errors import require
 from beltrepro.stats.estimates import CONFIDENCE, share
@@ -37,9 +37,6 @@ MINIMUM_ENDS = 3  # fewer ends tell no distribution
 SEEN = 0.5
 LONGEST_START = 0.1  # share of the horizon that may pass before runs are counted
 _SLOWEST = 1e-6  # rate of ends, times the horizon, that is as good as none
-
-
-# --- curves ---------------------------------------------------------------------------------------
 
 
 class SurvivalCurve(NamedTuple):
@@ -64,10 +61,12 @@ def kaplan_meier(
     whole, none = (share(count, late.size) for count in (late.size, 0))
     left = curve.probabilities
     ends = [left == 1, left == 0]
-    lower = np.select(ends, [whole.low, none.low], band.low.probabilities)
-    upper = np.select(ends, [whole.high, none.high], band.high.probabilities)
-    columns = (0.0, curve.quantiles), (1.0, left), (whole.low, lower), (whole.high, upper)
-    return SurvivalCurve(*(np.concatenate([[first], rest]) for first, rest in columns))
+    return SurvivalCurve(
+        np.append(0.0, curve.quantiles),
+        np.append(1.0, left),
+        np.append(whole.low, np.select(ends, [whole.low, none.low], band.low.probabilities)),
+        np.append(whole.high, np.select(ends, [whole.high, none.high], band.high.probabilities)),
+    )
 
 
 # --- exponential lifetimes ------------------------------------------------------------------------
@@ -89,19 +88,19 @@ def mean_lifetime(
 ) -> MeanLifetime:
     """Mean of exponential lifetimes: time under observation over the number of ends.
 
-    With n ends in a total time T, the interval is 2T / chi2(2n + 2) to 2T / chi2(2n), at the
-    quantiles of each side. It is the exact interval of the rate of a Poisson process (Garwood,
-    Biometrika 28, 437, 1936), on the clock of the time under observation. Each end is wrong in at
-    most half of 1 - CONFIDENCE of all cases, whatever the number of runs.
+    The interval is the exact one of the rate of a Poisson process (Garwood, Biometrika 28, 437,
+    1936), on the clock of the time under observation. Each end is wrong in at most half of
+    1 - CONFIDENCE of all cases, whatever the number of runs.
     """
     time, late = _between(start, horizon, lifetime, ended)
     require(time.size, f"no run is irregular at t = {start:.6g}, 1 is needed")
     count, total = int(late.sum()), float(time.sum())
     tail = (1 - CONFIDENCE) / 2
-    mean = total / count if count else np.inf
     lower = 2 * total / float(scipy.stats.chi2.isf(tail, 2 * count + 2))
-    upper = 2 * total / float(scipy.stats.chi2.ppf(tail, 2 * count)) if count else np.inf
-    return MeanLifetime(mean, lower, upper, count, time.size, total)
+    if not count:
+        return MeanLifetime(np.inf, lower, np.inf, count, time.size, total)
+    upper = 2 * total / float(scipy.stats.chi2.ppf(tail, 2 * count))
+    return MeanLifetime(total / count, lower, upper, count, time.size, total)
 
 
 def mean_of_ended(lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, horizon: float) -> MeanLifetime:
@@ -117,36 +116,28 @@ def mean_of_ended(lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, horizon: flo
     ends = time[late]
     require(ends.size >= MINIMUM_ENDS, f"{ends.size} runs ended, {MINIMUM_ENDS} are needed")
     part = float(ends.mean()) / horizon
-    if part >= _mean_up_to_one(_SLOWEST):
-        best = _SLOWEST
-    else:  # a cut-off makes the mean smaller than without one
-        best = _root(lambda rate: _mean_up_to_one(rate) - part, _SLOWEST, 2 / part)
-    least = _log_likelihood(best, part) - scipy.stats.chi2.ppf(CONFIDENCE, 1) / (2 * ends.size)
+
+    def mean_up_to_one(rate: float) -> float:
+        return 1 / rate - float(np.exp(-rate) / -np.expm1(-rate))
+
+    def log_likelihood(rate: float) -> float:  # of an end
+        return float(np.log(rate / -np.expm1(-rate))) - rate * part
+
+    best = _SLOWEST
+    if part < mean_up_to_one(_SLOWEST):  # a cut-off makes the mean smaller than without one
+        best = brentq(lambda rate: mean_up_to_one(rate) - part, _SLOWEST, 2 / part)
+    least = log_likelihood(best) - scipy.stats.chi2.ppf(CONFIDENCE, 1) / (2 * ends.size)
 
     def excess(rate: float) -> float:
-        return _log_likelihood(rate, part) - least
+        return log_likelihood(rate) - least
 
     most = 2 * max(best, 1.0)
     while excess(most) > 0:
         most *= 2
     mean = horizon / best if best > _SLOWEST else np.inf
-    lower = horizon / _root(excess, best, most)
-    upper = np.inf if excess(_SLOWEST) > 0 else horizon / _root(excess, _SLOWEST, best)
+    lower = horizon / brentq(excess, best, most)
+    upper = np.inf if excess(_SLOWEST) > 0 else horizon / brentq(excess, _SLOWEST, best)
     return MeanLifetime(mean, lower, upper, ends.size, time.size, float(ends.sum()))
-
-
-def _mean_up_to_one(rate: float) -> float:
-    """Mean of an exponential distribution of this rate that is cut off at 1."""
-    return 1 / rate - float(np.exp(-rate) / -np.expm1(-rate))
-
-
-def _log_likelihood(rate: float, mean: float) -> float:
-    """Of an end with this mean, for an exponential distribution that is cut off at 1."""
-    return float(np.log(rate / -np.expm1(-rate))) - rate * mean
-
-
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    return float(scipy.optimize.brentq(function, low, high))
 
 
 class WeibullTest(NamedTuple):
@@ -173,15 +164,15 @@ def weibull_test(
     late &= time > 0  # an end at the very start has no likelihood for some shapes
     ends = int(late.sum())
     require(ends >= MINIMUM_ENDS, f"{ends} runs ended, {MINIMUM_ENDS} are needed")
-    mean = time.sum() / ends
-    shape, _, scale = scipy.stats.weibull_min.fit(_censored(time / mean, late), floc=0)
+    time = time / (time.sum() / ends)  # the mean as the unit of time
+    shape, _, scale = scipy.stats.weibull_min.fit(_censored(time, late), floc=0)
     weibull = scipy.stats.weibull_min(shape, scale=scale)
-    likelihood = weibull.logpdf(time[late] / mean).sum() + weibull.logsf(time[~late] / mean).sum()
-    exponential = -ends  # its greatest log-likelihood, with the mean as the unit of time
+    likelihood = weibull.logpdf(time[late]).sum() + weibull.logsf(time[~late]).sum()
+    exponential = -ends  # its greatest log-likelihood in this unit
     return WeibullTest(float(scipy.stats.chi2.sf(2 * (likelihood - exponential), 1)), float(shape))
 
 
-# --- exponent of the irregular part ---------------------------------------------------------------
+# --- verdict --------------------------------------------------------------------------------------
 
 
 class PooledExponent(NamedTuple):
@@ -198,19 +189,15 @@ def pool_exponents(
     exponent: npt.ArrayLike, error: npt.ArrayLike, time: npt.ArrayLike
 ) -> PooledExponent:
     """Largest exponent of irregular motion from the irregular parts of several runs."""
-    values, errors, times = (np.asarray(one, dtype=float) for one in (exponent, error, time))
-    usable = np.isfinite(values) & (times > 0)
-    values, weights, runs = values[usable], times[usable], int(usable.sum())
-    if not runs:
+    rows = np.array([exponent, error, time], dtype=float)
+    values, errors, times = rows[:, np.isfinite(rows[0]) & (rows[2] > 0)]
+    if not (runs := values.size):
         return PooledExponent(np.nan, np.nan, 0.0, 0)
-    mean = float(np.average(values, weights=weights))
+    mean = float(np.average(values, weights=times))
     if runs == 1:
-        return PooledExponent(mean, float(errors[usable][0]), float(weights[0]), 1)
-    scatter = np.sqrt(np.sum((weights * (values - mean)) ** 2) * runs / (runs - 1))
-    return PooledExponent(mean, float(scatter / weights.sum()), float(weights.mean()), runs)
-
-
-# --- verdict --------------------------------------------------------------------------------------
+        return PooledExponent(mean, float(errors[0]), float(times[0]), 1)
+    scatter = np.sqrt(np.sum((times * (values - mean)) ** 2) * runs / (runs - 1))
+    return PooledExponent(mean, float(scatter / times.sum()), float(times.mean()), runs)
 
 
 def spreading_time(exponent: PooledExponent, horizon: float) -> float:
@@ -223,20 +210,7 @@ def spreading_time(exponent: PooledExponent, horizon: float) -> float:
 def decide(
     lifetime: npt.ArrayLike, ended: npt.ArrayLike, *, start: float = 0.0, horizon: float = np.inf
 ) -> str:
-    """Whether irregular motion ends, as far as these runs tell.
-
-    Criteria, in this order:
-
-    - "regular": no run is irregular at the start;
-    - "transient": all runs ended; or at least three did, and the rate of ends is not shown to fall
-      with time (`weibull_test`: p below 0.05 and a shape below 1), so that the others can be
-      expected to end;
-    - "lasting": no run that is irregular at the start ended, and with a confidence of 95 % the
-      mean lifetime is longer than the time that these runs were followed. Four runs of equal length
-      are enough. That the motion is permanent cannot be shown by runs of finite length;
-    - "open": none of these: too few runs, or ends at a rate that falls with time, as where some of
-      the motions end and others do not.
-    """
+    """Whether irregular motion ends, as far as these runs tell: the verdicts of docs/chaos.md."""
     _, late = _between(start, np.inf, lifetime, ended)
     if not late.size:
         return REGULAR
@@ -246,9 +220,13 @@ def decide(
     if not time.size:
         return OPEN
     if not late.any():
+        # That it is permanent cannot be shown by runs of finite length. Four of equal length
+        # are enough to show that the mean lifetime is longer.
         return LASTING if mean_lifetime(time, counted).lower > time.max() else OPEN
     if counted.sum() < MINIMUM_ENDS:
         return OPEN
+    # A rate that falls with time is that of motions of which some end and others do not; else the
+    # others can be expected to end too.
     test = weibull_test(time, counted)
     return OPEN if test.p < LEVEL and test.shape < 1 else TRANSIENT
 
@@ -258,7 +236,6 @@ def _between(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Time after the start of the runs that are irregular then, and which end by the horizon."""
     times, ends = np.asarray(lifetime, dtype=float), np.asarray(ended, dtype=bool)
-    require(times.shape == ends.shape, f"{times.size} lifetimes of {ends.size} runs")
     require(times.size, "no runs, 1 is needed")
     seen = np.minimum(times, horizon)
     late = seen >= start

@@ -17,6 +17,7 @@ no end where all runs change branch between two neighbouring u.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +49,7 @@ DRAWS = 2000
 AS_LIKELY = np.exp(-1.92)  # of the best: what a 95 % interval holds
 
 MINIMUM_RISE = 1.3
+MINIMUM_PLACES = 5
 LEAST_RUNS = 4  # at each noise
 # How far a number may be off by the grid alone, in spacings: a jump between two points has its
 # edges anywhere between them.
@@ -70,7 +72,7 @@ class Row:
     @classmethod
     def of(cls, belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> Row:
         """The finite runs of a row."""
-        u, r = _in_order(belt_velocity, disorder)
+        u, r = _in_order(belt_velocity, disorder, MINIMUM_POINTS)
         return cls(u, r[np.lexsort((r, u))], *np.unique(u, return_index=True, return_counts=True))
 
     @property
@@ -83,17 +85,15 @@ class Row:
         return np.add.reduceat(values, self.first) / self.count
 
 
-@dataclass(frozen=True)
-class Fit:
-    """Draws from what the runs leave open of a fall, and its plateaus."""
+Sides = tuple[np.ndarray, np.ndarray]
+"""Masks of the runs on the high side of a fall, and on the low one."""
+
+
+class Draws(NamedTuple):
+    """What the runs leave open of a fall."""
 
     critical: np.ndarray  # u_c (DRAWS,)
     scale: np.ndarray  # w
-    dispersion: np.ndarray  # variance of the mean of y at a place, over that of coin tosses
-    before: np.ndarray  # mask of the runs beside the fall, on its high side
-    after: np.ndarray
-    on_high: np.ndarray  # of these, the runs on the branch of that side
-    on_low: np.ndarray
     may_jump: bool  # a fall sharper than the grid is as good
     may_go_on: bool  # a fall wider than the row is as good
 
@@ -101,7 +101,7 @@ class Fit:
         """Medians and intervals of what was drawn."""
         reach = EDGE * self.scale
         draws = {"critical": self.critical, "lower": self.critical - reach}
-        draws |= {"upper": self.critical + reach, "width": 2 * reach, "dispersion": self.dispersion}
+        draws |= {"upper": self.critical + reach, "width": 2 * reach}
         tail = (1 - estimates.CONFIDENCE) / 2
         numbers = {}
         for name, values in draws.items():
@@ -115,37 +115,36 @@ class Fit:
 
 
 def fall(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
-    """The fall of r along u, from several runs at each: `QUANTITIES`, and the over-dispersion.
+    """The fall of r along u, from several runs at each: `QUANTITIES`.
 
     critical is u_c; lower, upper and width are those of the fall from 90 % to 10 %. Where runs
     cannot tell the end of the fall, upper and width have no upper end. There is no fall, and
     plateaus and contrast alone are known, if the contrast may lie below MINIMUM_CONTRAST.
     """
     row = Row.of(belt_velocity, disorder)
-    _require_points(row.places, MINIMUM_POINTS)
     require(row.count.max() > 1, "one run at each point, 2 are needed")
+    numbers = dict.fromkeys(QUANTITIES, estimates.absent(row.runs))
     fit = _fit(row)
-    nothing = dict.fromkeys((*QUANTITIES, "dispersion"), estimates.absent(row.runs))
     if fit is None:
-        return nothing
-    plateaus = _plateau_estimates(row, fit.on_high, fit.on_low)
+        return numbers
+    draws, beside, on_branch = fit
     # Of all runs: those above the middle are larger than those below in a flat row, too.
-    if not _plateau_estimates(row, fit.before, fit.after)["contrast"].low >= MINIMUM_CONTRAST:
-        return nothing | plateaus
-    return fit.numbers(row.runs) | plateaus
+    if _plateaus(row, beside)["contrast"].low >= MINIMUM_CONTRAST:
+        numbers |= draws.numbers(row.runs)
+    return numbers | _plateaus(row, on_branch)
 
 
-def _plateau_estimates(row: Row, high: np.ndarray, low: np.ndarray) -> dict[str, Estimate]:
-    """Medians of two masks of runs and their ratio; runs are drawn anew at each place by itself."""
+def _plateaus(row: Row, sides: Sides) -> dict[str, Estimate]:
+    """Medians of the two sides and their ratio; runs are drawn anew at each place by itself."""
     rng = np.random.default_rng(0)
-    sides = {"r_high": (row.u[high], row.r[high]), "r_low": (row.u[low], row.r[low])}
-    samples = {name: np.median(r[_redrawn(u, rng)], axis=1) for name, (u, r) in sides.items()}
-    values = {name: float(np.median(r)) for name, (_, r) in sides.items()}
-    samples["contrast"] = samples["r_high"] / samples["r_low"]
-    values["contrast"] = values["r_high"] / values["r_low"]
+    high, low = (
+        np.append(np.median(r), np.median(r[_redrawn(u, rng)], axis=1))
+        for u, r in ((row.u[side], row.r[side]) for side in sides)
+    )
+    medians = {"r_high": high, "r_low": low, "contrast": high / low}
     return {
-        name: estimates.from_resamples(value, samples[name], max(row.runs, 2))
-        for name, value in values.items()
+        name: estimates.from_resamples(float(values[0]), values[1:], max(row.runs, 2))
+        for name, values in medians.items()
     }
 
 
@@ -156,10 +155,10 @@ def _redrawn(place: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return begin + (rng.random((estimates.RESAMPLES, place.size)) * size).astype(int)
 
 
-def _fit(row: Row) -> Fit | None:
-    """What runs say of the fall; its plateaus are read off beside it, anew up to `ROUNDS` times.
+def _fit(row: Row) -> tuple[Draws, Sides, Sides] | None:
+    """What runs say of the fall, those beside it, and of these the ones on the branch of each side.
 
-    None where r falls nowhere.
+    The plateaus are read off beside it, anew up to `ROUNDS` times. None where r falls nowhere.
     """
     step = best_step(row.u, row.r, falling=True)
     if not np.isfinite(step):
@@ -167,33 +166,28 @@ def _fit(row: Row) -> Fit | None:
     near = far = (step, step)
     middle, seen = np.nan, []
     for _ in range(ROUNDS):
-        before, after = _beside(row, near, far)
-        on_high, on_low = _branches(row, before, after, middle)
-        r_high, r_low = np.median(row.r[on_high]), np.median(row.r[on_low])
+        beside = _beside(row, near, far)
+        high, low = beside[0] & (row.r > middle), beside[1] & (row.r < middle)
+        on_branch = high if high.any() else beside[0], low if low.any() else beside[1]
+        r_high, r_low = levels = tuple(float(np.median(row.r[side])) for side in on_branch)
         if not r_high > r_low:
             return None
-        if (r_high, r_low) in seen:
+        if levels in seen:
             break
-        seen.append((r_high, r_low))
+        seen.append(levels)
         middle = (r_high + r_low) / 2
         position = (row.r - r_low) / (r_high - r_low)
         phi = _phi(row, position.clip(0, 1))
-        posterior = _posterior(row.places, row.mean(position).clip(0, 1), row.count, phi)
-        critical, scale, among = posterior.draw()
-        centre, reach = np.median(critical), EDGE * np.median(scale)
+        draws = _drawn(row.places, row.mean(position).clip(0, 1), row.count, phi)
+        centre, reach = np.median(draws.critical), EDGE * np.median(draws.scale)
         near = centre - reach, centre + reach
         # Beside the edges themselves plateaus hold 10 % of a gradual fall, which looks the sharper.
         far = centre - 2 * reach, centre + 2 * reach
-    likely = posterior.of_scale > AS_LIKELY * posterior.of_scale.max()
-    dispersion = phi + np.median(row.count) * among
-    ends = bool(likely[0]), bool(likely[-1])
-    return Fit(critical, scale, dispersion, before, after, on_high, on_low, *ends)
+    return draws, beside, on_branch
 
 
-def _beside(
-    row: Row, near: tuple[float, float], far: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Masks of the runs from half the lower edge to it, and from the upper edge to twice it.
+def _beside(row: Row, near: tuple[float, float], far: tuple[float, float]) -> Sides:
+    """The runs from half the lower edge to it, and from the upper edge to twice it.
 
     The edges are the far ones, or as near as leaves PLATEAU places.
     """
@@ -203,14 +197,6 @@ def _beside(
     begin = min(lower / 2, places[places <= lower][1 - PLATEAU])
     end = max(2 * upper, places[places >= upper][PLATEAU - 2])
     return (row.u >= begin) & (row.u <= lower), (row.u >= upper) & (row.u <= end)
-
-
-def _branches(
-    row: Row, before: np.ndarray, after: np.ndarray, middle: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Of masks beside a fall, the runs on the branch of that side; all until there is a middle."""
-    high, low = before & (row.r > middle), after & (row.r < middle)
-    return (high if high.any() else before), (low if low.any() else after)
 
 
 def _phi(row: Row, position: np.ndarray) -> float:
@@ -224,33 +210,8 @@ def _phi(row: Row, position: np.ndarray) -> float:
     return max(float((0.25 + np.sum(count * variance)) / (0.25 + tosses)), LEAST_PHI)
 
 
-@dataclass(frozen=True)
-class Posterior:
-    """Weights of the cells of u_c and w (C, W) for each dispersion among places (A, C, W)."""
-
-    weights: np.ndarray
-    centres: np.ndarray  # of the cells of u_c
-    lengths: np.ndarray
-    log_scale: np.ndarray  # edges of the cells of ln w
-
-    @property
-    def of_scale(self) -> np.ndarray:
-        """Weight of each w."""
-        return self.weights.sum(axis=(0, 1))
-
-    def draw(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """u_c, w and the dispersion among places of DRAWS draws, alike within a cell."""
-        rng = np.random.default_rng(0)
-        total = np.cumsum(self.weights)
-        at = (np.arange(DRAWS) + rng.random(DRAWS)) / DRAWS * total[-1]
-        cell = np.minimum(np.searchsorted(total, at), total.size - 1)
-        among, place, scale = np.unravel_index(cell, self.weights.shape)
-        critical = self.centres[place] + (rng.random(DRAWS) - 0.5) * self.lengths[place]
-        step = self.log_scale[1] - self.log_scale[0]
-        return critical, np.exp(self.log_scale[scale] + step * rng.random(DRAWS)), AMONG[among]
-
-
-def _posterior(places: np.ndarray, mean: np.ndarray, count: np.ndarray, phi: float) -> Posterior:
+def _drawn(places: np.ndarray, mean: np.ndarray, count: np.ndarray, phi: float) -> Draws:
+    """Draws of u_c and w from a grid of cells, alike within a cell."""
     gaps = np.diff(places)
     inside = (np.arange(CELLS) + 0.5) / CELLS
     centres = (places[:-1, np.newaxis] + gaps[:, np.newaxis] * inside).ravel()
@@ -262,21 +223,36 @@ def _posterior(places: np.ndarray, mean: np.ndarray, count: np.ndarray, phi: flo
     distance = (centres[:, np.newaxis] - places[:, np.newaxis, np.newaxis]) / scale
     curve = scipy.special.expit(distance).reshape(places.size, -1)
     weight = 1 / (phi / count + AMONG[:, np.newaxis])
-    # Most cells are out of the question by the flattest of the likelihoods that stray runs allow.
+    cells, weights = _posterior(curve, np.repeat(lengths, WIDTHS), mean, weight)
+    place, width = np.divmod(cells, WIDTHS)
+    of_width = np.bincount(width, weights.sum(axis=0), WIDTHS)
+    likely = of_width > AS_LIKELY * of_width.max()
+    rng = np.random.default_rng(0)
+    total = np.cumsum(weights)
+    at = (np.arange(DRAWS) + rng.random(DRAWS)) / DRAWS * total[-1]
+    drawn = np.searchsorted(total, at) % cells.size
+    place, width = place[drawn], width[drawn]
+    critical = centres[place] + (rng.random(DRAWS) - 0.5) * lengths[place]
+    scale = np.exp(log_scale[width] + (log_scale[1] - log_scale[0]) * rng.random(DRAWS))
+    return Draws(critical, scale, bool(likely[0]), bool(likely[-1]))
+
+
+def _posterior(
+    curve: np.ndarray, prior: np.ndarray, mean: np.ndarray, weight: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cells (C,) that are not out of the question, and weights (A, C) for each dispersion."""
+    # Most cells are out of it by the flattest of the likelihoods that stray runs allow.
     rough = _log_likelihood(0.05 + 0.9 * curve, mean, weight[2:3])[0]
     cells = np.flatnonzero(rough > rough.max() - DROPPED)
     beyond, before = STRAY[:, np.newaxis, np.newaxis], STRAY[:, np.newaxis]
     expected = beyond + (1 - beyond - before) * curve[:, np.newaxis, np.newaxis, cells]
-    prior = STRAY_WEIGHT[:, np.newaxis, np.newaxis] * STRAY_WEIGHT[:, np.newaxis]
-    prior = (prior * lengths[cells // WIDTHS]).ravel()
-    expected = expected.reshape(places.size, -1)
-    log_weights = _log_likelihood(expected, mean, weight) + np.log(prior)
+    strays = STRAY_WEIGHT[:, np.newaxis, np.newaxis] * STRAY_WEIGHT[:, np.newaxis]
+    expected = expected.reshape(mean.size, -1)
+    log_weights = _log_likelihood(expected, mean, weight) + np.log((strays * prior[cells]).ravel())
     weights = np.exp(log_weights - log_weights.max(axis=1, keepdims=True))
     weights /= weights.sum(axis=1, keepdims=True)
     weights *= _weight_of_dispersion(weights @ expected.T, mean, weight)[:, np.newaxis]
-    kept = np.zeros((AMONG.size, curve.shape[1]))
-    kept[:, cells] = weights.reshape(AMONG.size, -1, cells.size).sum(axis=1)
-    return Posterior(kept.reshape(AMONG.size, -1, WIDTHS), centres, lengths, log_scale)
+    return cells, weights.reshape(AMONG.size, -1, cells.size).sum(axis=1)
 
 
 def _log_likelihood(expected: np.ndarray, mean: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -306,7 +282,7 @@ def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
 
     Runs are drawn anew at each place by itself, since those of two places are independent.
     """
-    noise, disorder = _in_order(noise, disorder)
+    noise, disorder = _in_order(noise, disorder, MINIMUM_PLACES)
     best = find_rise(noise, disorder)
     places, count = np.unique(noise, return_counts=True)
     if count.max() == 1:
@@ -318,16 +294,12 @@ def rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, Estimate]:
     require(least >= LEAST_RUNS, f"{least} runs at a point, {LEAST_RUNS} are needed")
     redrawn = _redrawn(noise, np.random.default_rng(0))
     samples = [find_rise(noise, disorder[drawn]) for drawn in redrawn]
-    spacing = _spacing(places, best)
-    return {
-        name: estimates.from_resamples(
-            value,
-            np.array([sample[name] for sample in samples]),
-            least,
-            grid_spacing=ON_THE_GRID.get(name, 0.0) * spacing,
-        )
-        for name, value in best.items()
-    }
+    numbers, spacing = {}, _spacing(places, best)
+    for name, value in best.items():
+        values = np.array([sample[name] for sample in samples])
+        off = ON_THE_GRID.get(name, 0.0) * spacing
+        numbers[name] = estimates.from_resamples(value, values, least, grid_spacing=off)
+    return numbers
 
 
 def find_rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, float]:
@@ -339,9 +311,8 @@ def find_rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, float]
     10 % and 90 % of the rise (linear between grid points). There is no transition, and all but the
     levels NaN, when r_high < MINIMUM_RISE * r_low.
     """
-    noise, disorder = _in_order(noise, disorder)
+    noise, disorder = _in_order(noise, disorder, MINIMUM_PLACES)
     places, place = np.unique(noise, return_inverse=True)
-    _require_points(places, 5)
     middle = best_step(noise, disorder, falling=False)
     numbers = dict.fromkeys(QUANTITIES, np.nan)
     if not np.isfinite(middle):
@@ -360,13 +331,9 @@ def find_rise(noise: npt.ArrayLike, disorder: npt.ArrayLike) -> dict[str, float]
 
 def _first_passage(places: np.ndarray, share: np.ndarray, level: float) -> float:
     """Where a rising curve first reaches a level; its end if it does not."""
-    index = int(np.argmax(share >= level))
-    if share[index] < level:
-        return float(places[-1])
-    if index == 0:
-        return float(places[0])
-    part = (share[index - 1] - level) / (share[index - 1] - share[index])
-    return float(places[index - 1] + np.clip(part, 0, 1) * (places[index] - places[index - 1]))
+    index = int(np.searchsorted(share, level))
+    ends = slice(max(index - 1, 0), index + 1)
+    return float(np.interp(level, share[ends], places[ends]))
 
 
 def _spacing(places: np.ndarray, transition: dict[str, float]) -> float:
@@ -386,15 +353,14 @@ def contrast_of_step(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> f
 
     The levels are medians between half the position of the step and it, and up to twice it.
     """
-    u, r = _in_order(belt_velocity, disorder)
-    _require_points(np.unique(u), MINIMUM_POINTS)
+    u, r = _in_order(belt_velocity, disorder, MINIMUM_POINTS)
     place = best_step(u, r, falling=True)
     if not np.isfinite(place):
         return np.nan
-    before, after = (u <= place) & (u >= place / 2), (u >= place) & (u <= 2 * place)
-    if not before.any() or not after.any():
+    before, after = r[(u <= place) & (u >= place / 2)], r[(u >= place) & (u <= 2 * place)]
+    if not before.size or not after.size:
         return np.nan
-    return float(np.median(r[before]) / np.median(r[after]))
+    return float(np.median(before) / np.median(after))
 
 
 def best_step(abscissa: np.ndarray, ordinate: np.ndarray, *, falling: bool) -> float:
@@ -419,12 +385,13 @@ def _medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     return (in_order[row, (count - 1) // 2] + in_order[row, count // 2]) / 2
 
 
-def _in_order(abscissa: npt.ArrayLike, ordinate: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
-    finite = np.isfinite(abscissa) & np.isfinite(ordinate)
-    order = np.argsort(abscissa[finite], kind="stable")
-    return abscissa[finite][order], ordinate[finite][order]
-
-
-def _require_points(places: np.ndarray, minimum: int) -> None:
-    require(places.size >= minimum, f"{places.size} points along the curve, {minimum} are needed")
+def _in_order(
+    abscissa: npt.ArrayLike, ordinate: npt.ArrayLike, minimum: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The finite points along a curve, at so many places at least."""
+    pairs = np.array([abscissa, ordinate], dtype=float)
+    pairs = pairs[:, np.isfinite(pairs).all(axis=0)]
+    x, y = pairs[:, np.argsort(pairs[0], kind="stable")]
+    places = np.unique(x).size
+    require(places >= minimum, f"{places} points along the curve, {minimum} are needed")
+    return x, y
