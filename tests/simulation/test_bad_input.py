@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import beltrepro
-from beltrepro import ChainParameters, ChainState, Grid, Results, Run, Setup, simulation
+from beltrepro import Catalogue, ChainParameters, ChainState, Grid, Results, Run, Setup
 from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
@@ -16,7 +16,7 @@ from beltrepro.cli.options import grid, whole_grid
 
 CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
-CATALOGUE = simulation.Catalogue({"slips": np.zeros(1, [("point", "i4")])})
+CATALOGUE = Catalogue({"slips": np.zeros(1, [("point", "i4")])})
 SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
 MOVING = {"parameters": CHAIN, "positions": [60.0, 120.0], "velocities": [1.0, -1.0]}

@@ -30,10 +30,10 @@ def run(options: argparse.Namespace) -> None:
     """Simulate and film."""
     chain = shared.chain_of(options)
     shared.check_output(options, ".mp4", ".mov", ".mkv")
+    from beltrepro import Run, simulate
     from beltrepro.model.units import TIME_S
     from beltrepro.replication.camera.camera import Framing, Movement, film
     from beltrepro.replication.camera.scene import Scene
-    from beltrepro.simulation import Run, simulate
 
     settings = {name: getattr(options, name) for name in camera_settings()}
     camera = Camera(**settings, seed=options.seed)

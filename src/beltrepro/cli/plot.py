@@ -27,7 +27,7 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Draw the run."""
     shared.check_output(options, ".png", ".pdf", ".svg")
-    from beltrepro.simulation import Run
+    from beltrepro import Run
 
     drawn = Run.load(options.run)
     with needing("a picture of a run"):

@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Scan a grid, and print or write the table."""
     shared.check_output(options, ".csv", ".h5")
-    from beltrepro.simulation import Grid, scan
+    from beltrepro import Grid, scan
 
     if options.json or options.output is None or options.output.suffix.lower() == ".csv":
         with needing("a table"):  # before hours of computing

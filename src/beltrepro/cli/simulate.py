@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> None:
     chain = shared.chain_of(options)
     shared.check_output(options, ".h5")
     positive("sample_interval", options.sample_interval)  # also where there are no samples
-    from beltrepro.simulation import Run, simulate
+    from beltrepro import Run, simulate
 
     before = Run.load(options.from_state) if options.from_state else None
     if before and before.parameters != chain:

@@ -4,7 +4,7 @@ import logging
 import time
 
 from beltrepro import ChainParameters, catalogue, lyapunov_spectrum, scan, simulate
-from beltrepro.simulation import METHODS
+from beltrepro.simulation.setup import METHODS
 
 
 def main() -> None:

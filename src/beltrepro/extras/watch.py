@@ -18,12 +18,15 @@ from matplotlib.widgets import Slider
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import chain_deformations, spring_extension, spring_force
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S, VELOCITY_M_S
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.video import Frame, write_video
-from beltrepro.simulation import ChainState, Run, picture, simulate
+from beltrepro.simulation import picture
+from beltrepro.simulation.run import Run
+from beltrepro.simulation.trajectories import simulate
 
 NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4"
 KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
