@@ -110,18 +110,6 @@ def test_numbers_without_a_name_and_symbols_of_the_paper_are_understood():
         ChainParameters(N=5, u=20)
 
 
-def test_a_call_keeps_its_signature_and_errors_of_its_own():
-    @names.checked
-    def add(one: int, two: int = 2) -> int:
-        return one + two
-
-    assert str(inspect.signature(add)) == "(one: int, two: int = 2) -> int" and add(1) == 3
-    with pytest.raises(TypeError, match="concatenate"):
-        add("1", two=2)
-    with pytest.raises(InputError, match="too many positional arguments"):
-        add(1, 2, 3)
-
-
 # --- the command ----------------------------------------------------------------------------------
 
 COMMANDS = next(
