@@ -132,16 +132,14 @@ class Setup:
         Of 0 or greater; with the parameters they fix all random numbers. If not given, 1 and 0, or
         those of `initial_state`, whose random stream then goes on. A Grid has its own replicates.
     initial_positions : array (N,), or one for each chain, or None
-        Positions of the blocks at t = 0, model length; undeformed springs if not given. All blocks
-        are stuck.
+        Of the blocks at t = 0, all stuck, model length; undeformed springs if not given.
     initial_spread : float
         Standard deviation of normal deviates that are added to the initial positions of replicates
         other than 0, model length.
     initial_state : ChainState or None
-        Where to go on, for instance `final_state` of a run (docs/integrators.md). Time goes
-        on from that of the state.
-        The chain may have another belt velocity, noise or law than that of the
-        state (`ChainState.under`), and another method may go on.
+        Where to go on, for instance `final_state` of a run; time goes on from that of the state.
+        The chain may have another belt velocity, noise or law than that of the state
+        (`ChainState.under`), and another method may go on.
     workers : int or None
         Cores on which several chains are advanced at once; None for all that there are. No number
         depends on it.
@@ -178,13 +176,7 @@ class Setup:
     @property
     def alone(self) -> bool:
         """Whether it is one run of one chain, not a sequence or a grid."""
-        return isinstance(self.chains, ChainParameters) and not self.several
-
-    @property
-    def several(self) -> dict[str, Any]:
-        """The quantities that have a value for each chain, not one for all."""
-        values = {name: getattr(self, name) for name in _CHECKS}
-        return {name: value for name, value in values.items() if _is_several(name, value)}
+        return isinstance(self.chains, ChainParameters) and not _several(self)
 
     def __repr__(self) -> str:
         many = "" if len(self.cases) == 1 else f", one of {len(self.cases)}"
@@ -213,7 +205,7 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
 
 def part_of(setup: Setup, place: slice) -> Setup:
     """Some of the chains of a setup of several."""
-    values = setup.several
+    values = _several(setup)
     if isinstance(setup.chains, Grid):
         values |= {"chains": setup.chains.chains, "replicate": setup.chains.replicate}
     elif not isinstance(setup.chains, ChainParameters):
@@ -267,6 +259,12 @@ def section_positions(
     return np.array(_for_each("section_position", positions, len(cases), checks.positive))
 
 
+def _several(setup: Setup) -> dict[str, Any]:
+    """The quantities that have a value for each chain, not one for all."""
+    values = {name: getattr(setup, name) for name in _CHECKS}
+    return {name: value for name, value in values.items() if _is_several(name, value)}
+
+
 def _is_several(name: str, value: Any) -> bool:
     if name == "initial_positions" and is_sequence(value):  # an array is one value
         return is_sequence(next(iter(value), None))
@@ -315,7 +313,7 @@ def _rows(setup: Setup) -> list[dict[str, Any]]:
             raise InputError("replicate: not together with a Grid, which has replicates")
         chains, values["replicate"] = setup.chains.chains, setup.chains.replicate
     elif isinstance(setup.chains, ChainParameters):
-        counts = [len(value) for value in setup.several.values()]
+        counts = [len(value) for value in _several(setup).values()]
         chains = (setup.chains,) * (counts[0] if counts else 1)
     else:
         chains = tuple(setup.chains) if is_sequence(setup.chains) else ()
