@@ -23,7 +23,7 @@ from beltrepro.engine.integrator import Sampling
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
-from beltrepro.simulation import METHODS
+from beltrepro.simulation.setup import METHODS
 
 CASES = [(5, 0, 1), (5, 0, 20), (5, 1, 20), (10, 0, 20), (10, 1, 20), (10, 1, 30)]  # N, sigma, u
 CHAINS = 64

@@ -63,25 +63,6 @@ def test_wrong_options_of_analyse_are_refused_in_a_line(tmp_path, capsys, option
     assert words in run(capsys, "analyse", tmp_path / "a.csv", *options, status=2)
 
 
-def test_each_option_of_analyse_changes_what_is_printed(tmp_path, capsys):
-    time = np.arange(2400) / 24
-    place = 0.9 + np.where(time < 60, 0.1, 0.01) * np.sin(3 * time) * (1 + 0.3 * np.sin(0.4 * time))
-    rows = "".join(f"{t},{x}\n" for t, x in zip(time, place, strict=True))
-    (tmp_path / "a.csv").write_text("time_s,x_m\n" + rows)
-    outputs = {
-        run(capsys, "analyse", tmp_path / "a.csv", "--json", *option)
-        for option in (
-            [],
-            ["--transient=20"],
-            ["--window=2"],
-            ["--quiet=0.09"],
-            ["--block-length=0.04"],
-            ["--block-length=0.04", "--n-blocks=4"],
-        )
-    }
-    assert len(outputs) == 6 and "" not in outputs
-
-
 def test_analyse_says_whether_blocks_are_in_x(tmp_path, capsys):
     (tmp_path / "a.csv").write_text(HEADER + ROWS)
     plain, of_springs = (

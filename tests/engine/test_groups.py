@@ -86,10 +86,8 @@ def test_chains_advance_together_that_share_all_an_integrator_takes_from_the_fir
     assert made_points[0].identity != made_points[1].identity
 
 
-@pytest.mark.parametrize("at_once", [1, 500, 2**15])  # one chain, two, all of them
 @pytest.mark.parametrize("interval", [0.1, 0.25])  # with samples between them for r, or not
-def test_samples_of_chains_together_are_those_of_each_alone(monkeypatch, interval, at_once):
-    monkeypatch.setattr("beltrepro.simulation.sampling._AT_ONCE", at_once)
+def test_samples_of_chains_together_are_those_of_each_alone(interval):
     chains = [ChainParameters(3, u, noise) for noise in (0.0, 0.5) for u in (9.0, 20.0, 14.0)]
     settings = {"duration": 12.0, "sample_interval": interval, "initial_spread": 1.0}
     replicates = [4, 0, 2, 1, 0, 3]

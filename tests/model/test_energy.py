@@ -11,7 +11,7 @@ from beltrepro.model.spring import (
     potential_energy,
     spring_extension,
 )
-from beltrepro.simulation import slipping_state
+from beltrepro.simulation.starts import slipping_state
 
 KINETIC = 71.4 * 0.45
 

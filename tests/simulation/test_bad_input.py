@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import beltrepro
-from beltrepro import ChainParameters, ChainState, Grid, Results, Run, Setup, simulation
+from beltrepro import Catalogue, ChainParameters, ChainState, Grid, Results, Run, Setup
 from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
@@ -16,7 +16,7 @@ from beltrepro.cli.options import grid, whole_grid
 
 CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
-CATALOGUE = simulation.Catalogue({"slips": np.zeros(1, [("point", "i4")])})
+CATALOGUE = Catalogue({"slips": np.zeros(1, [("point", "i4")])})
 SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
 MOVING = {"parameters": CHAIN, "positions": [60.0, 120.0], "velocities": [1.0, -1.0]}
@@ -108,18 +108,6 @@ def test_numbers_without_a_name_and_symbols_of_the_paper_are_understood():
         assert names.hint(symbol, [name, "other"]) == f"; did you mean {name!r}?"
     with pytest.raises(InputError, match="no argument 'N'; did you mean 'n_blocks'"):
         ChainParameters(N=5, u=20)
-
-
-def test_a_call_keeps_its_signature_and_errors_of_its_own():
-    @names.checked
-    def add(one: int, two: int = 2) -> int:
-        return one + two
-
-    assert str(inspect.signature(add)) == "(one: int, two: int = 2) -> int" and add(1) == 3
-    with pytest.raises(TypeError, match="concatenate"):
-        add("1", two=2)
-    with pytest.raises(InputError, match="too many positional arguments"):
-        add(1, 2, 3)
 
 
 # --- the command ----------------------------------------------------------------------------------

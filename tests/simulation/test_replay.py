@@ -50,15 +50,6 @@ def test_wrong_events_are_seen_where_the_energy_closes(quiet):
     assert replay.overload(wrong) > 1.01
 
 
-def test_a_block_that_does_not_stick_is_seen(quiet):
-    # from then on it moves against the direction of its slip, and friction pushes it on
-    relative = quiet.velocities - 20.0
-    friction = quiet.friction.copy()
-    friction[np.argmax(np.abs(relative[:, 2])), 2] *= -1
-    wrong = dataclasses.replace(quiet, friction=friction)
-    assert replay.wrong_way(wrong) == np.abs(relative[:, 2]).max() > 5
-
-
 @pytest.mark.parametrize("method", ["verlet", "event"])
 def test_the_strength_of_noise_is_seen(method):
     run = simulate(ChainParameters(5, 20.0, 2.2), duration=1500, method=method)

@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from beltrepro import (
     time_to_continuous_slip,
     time_to_orbit,
 )
-from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.simulation import sampling
 from beltrepro.simulation import setup as setups
@@ -128,16 +126,6 @@ def test_each_chain_has_its_own_settings_whatever_its_company(function):
             np.testing.assert_array_equal(row, values[0], err_msg=name)
 
 
-def test_columns_say_all_of_each_chain():
-    columns = setups.columns(Setup(CHAINS, **MIXED))
-    for index, chain in enumerate(CHAINS):
-        for name, value in asdict(chain).items():
-            assert columns[name][index] == value
-        for name in MIXED:
-            value = MIXED[name][index]
-            assert columns[name][index] == value or (value is None and np.isnan(columns[name][1]))
-
-
 def test_one_chain_with_sequences_is_simulated_for_each_of_their_values():
     starts = [[48.0, 101.0], [50.0, 99.0], [53.0, 102.0]]
     options = {"duration": 20.0, "seed": 3}
@@ -236,21 +224,6 @@ def test_a_grid_is_all_combinations_and_its_numbers_those_of_scan(results):
     assert len(one.table()) == 1 and one.axes == []
 
 
-def test_table_and_files_hold_the_same(results, tmp_path):
-    import pandas as pd
-
-    table = results.table()
-    assert len(table) == 24 and "slip_count" not in table and set(table["seed"]) == {4}
-    results.save(tmp_path / "scan.csv")
-    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "scan.csv"), table, check_dtype=False)
-    results.save(tmp_path / "scan.h5")
-    data = store.read(tmp_path / "scan.h5")
-    for name, values in results.items():
-        np.testing.assert_array_equal(data.arrays[name], values)
-    assert (data.attributes["kind"], data.attributes["duration"]) == ("scan", 60.0)
-    assert "code_version" in data.attributes
-
-
 @pytest.mark.parametrize(("laminar_time", "escapes"), [(45.0, 1), (210.9, 1), (211.4, 0)])
 def test_time_to_continuous_slip_is_that_of_the_events_of_each_run(laminar_time, escapes):
     """The last block of four slips on from t = 288.84 to the end."""
@@ -288,7 +261,7 @@ def test_vectors_of_shorter_chains_end_with_nan():
 
 def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
     chain = ChainParameters(5, 20.0)
-    monkeypatch.setattr(sampling, "available", lambda: 10**9)
+    monkeypatch.setattr(sampling, "available_memory", lambda: 10**9)
     with pytest.raises(InputError) as caught:
         simulate([chain] * 2, duration=2e6, replicate=[0, 1], initial_spread=1e-3)
     words = str(caught.value)
@@ -296,16 +269,16 @@ def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
     assert "sample_interval = 0.1" in words and "5.12 GB" in words and "\n" not in words
     fits = float(words.split("from ")[1].split()[0])
     cases = Setup(chain, seed=[1, 2], replicate=1, initial_spread=1.0).cases
-    sampling.check_memory(cases, 2e6, sample_interval=fits, sample_start=0.0)
+    sampling.check_samples(fits, 0.0, 2e6, cases)
     with pytest.raises(InputError):
-        sampling.check_memory(cases, 2e6, sample_interval=fits / 1.3, sample_start=0.0)
-    sampling.check_memory(cases, 2e6, sample_interval=0.1, sample_start=1.9e6)
+        sampling.check_samples(fits / 1.3, 0.0, 2e6, cases)
+    sampling.check_samples(0.1, 1.9e6, 2e6, cases)
 
 
 def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
-    files = {"/proc/meminfo": "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"}
-    monkeypatch.setattr(sampling.Path, "read_text", lambda path: files[str(path)])
-    assert sampling.available() == 1024 * 1000
+    text = "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"
+    monkeypatch.setattr(sampling.Path, "read_text", lambda path: text)
+    assert sampling.available_memory() == 1024 * 1000
 
 
 # --- what is refused ---
@@ -323,14 +296,9 @@ LATER, STEPS = {"initial_state": STATE}, {"method": "verlet"}
         (Grid([2, 3], 5.0), {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains"),
         (CHAIN, {"replicate": []}, "replicate is empty: at least one value is needed"),
         (CHAIN, {"seed": [1, 2], "replicate": [1, 2, 3]}, "replicate of length 3: one value for"),
-        ([CHAIN] * 2, {"seed": [1, 2.5]}, "seed = 2.5: a whole number"),
         (CHAIN, {"metod": "event"}, "simulate has no argument 'metod'; did you mean 'method'?"),
         (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
         (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
-        (NOISY, {"initial_positions": [60.0, 55.0, 120.0]}, "must be positive and increasing"),
-        (NOISY, {"initial_positions": [50.0, 100.0, 100.0]}, "must be positive and increasing"),
-        (NOISY, {"initial_positions": [0.0, 100.0, 150.0]}, "must be positive and increasing"),
-        ([CHAIN] * 2, {"initial_positions": [[60.0, 110.0]]}, "of length 1: one value for all"),
         (NOISY, {"initial_positions": [50.0, 100.0]}, "3 numbers are needed"),
         (NOISY, {"initial_state": STATE}, "initial_state of 2 blocks: a chain of n_blocks = 3"),
         (CHAIN, LATER | {"initial_positions": [60.0, 110.0]}, "initial_positions: not together"),
@@ -338,9 +306,6 @@ LATER, STEPS = {"initial_state": STATE}, {"method": "verlet"}
         (CHAIN, LATER | STEPS | {"time_step": 0.003}, "initial_state at t = 0.5: method 'verlet'"),
         (CHAIN, STEPS | {"sample_interval": 0.5445}, "'verlet' needs a multiple of time_step"),
         (CHAIN, STEPS | {"tolerance": 1e-8}, "tolerance = 1e-08: method 'verlet' has none"),
-        ([CHAIN] * 2, STEPS | {"time_step": [0.1] * 3}, "time_step of length 3: one value for all"),
-        (CHAIN, {"method": "rk4"}, "method = 'rk4': allowed are verlet, event"),
-        (CHAIN, {"sample_interval": 0.0}, "sample_interval = 0: must be greater than 0"),
         (CHAIN, {"sample_start": 11}, "sample_start = 11: must be at most duration = 10"),
     ],
 )
@@ -354,18 +319,13 @@ def test_bad_input_is_one_line(chains, options, words):
     ("function", "allowed", "refused"),
     [
         (scan, {"section_position": 1e-9}, {"section_position": 0.0}),
-        (scan, {"section_values": 0}, {"section_values": -1}),
-        (scan, {}, {"section_values": 100_001}),
-        (scan, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
+        (scan, {"section_values": 0}, {"section_values": 100_001}),
         (scan, {"section_position": [615.0]}, {"section_position": [600.0, 610.0]}),
         (catalogue, {"section_block": 1}, {"section_block": 0}),
         (catalogue, {}, {"section_block": 3}),
-        (catalogue, {"section_position": 1e-9}, {"section_position": -1.0}),
         (catalogue, {}, {"chains": [NOISY, CHAIN], "section_block": 3, "section_position": 80.0}),
         (time_to_continuous_slip, {"settle_time": 0.5}, {"settle_time": 0.0}),
         (time_to_continuous_slip, {}, {"settle_time": 0.51}),
-        (time_to_continuous_slip, {"laminar_time": 0.0}, {"laminar_time": -1e-9}),
-        (scan, {"transient": 0.0}, {"transient": -1e-9}),
         (scan, {"transient": 0.4}, {"transient": 0.5}),
         (scan, {"duration": 0.2}, {"duration": 0.0}),
     ],
@@ -390,9 +350,3 @@ def test_what_each_function_is_told_at_the_ends_of_its_range(function, allowed, 
 def test_a_grid_that_cannot_be_is_one_line(axes, words):
     with pytest.raises(InputError, match=words.replace("?", r"\?")):
         Grid(**{"n_blocks": 2, "belt_velocity": 5.0} | axes)
-
-
-def test_progress_ends_at_one():
-    fractions = []
-    scan(Grid([2, 3, 1], [5.0, 6.0]), **SHORT, progress=fractions.append)
-    assert fractions == sorted(fractions) and fractions[-1] == pytest.approx(1.0)

@@ -22,10 +22,18 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.friction import kinetic_friction
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation import Run, Setup, simulate
 from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
-from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
+from beltrepro.simulation.run import Run
+from beltrepro.simulation.setup import (
+    Case,
+    Chains,
+    Setup,
+    check_lengths,
+    setup_of,
+    with_setup,
+)
 from beltrepro.simulation.tables import Tabled
+from beltrepro.simulation.trajectories import simulate
 from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
 TIME_STEP = 0.001  # of no effect without noise

@@ -1,1 +1,1 @@
-"""Commands of `beltrepro` with a module each, and what all commands share (`options`)."""
+"""Commands of `beltrepro`: of chains, of films, of results, and what they share (`options`)."""

@@ -4,25 +4,23 @@ import argparse
 import os
 import sys
 import warnings
-from importlib import import_module
 
 from beltrepro import __version__
 from beltrepro.base.errors import InputError, ModelStateError, needing
-from beltrepro.cli.options import Parser
-
-# modules, in the order of the help
-COMMANDS = (
-    *("simulate", "scan", "plot", "classify", "film", "track", "analyse", "watch"),
-    *("verify", "claims"),
-)
+from beltrepro.cli import chains, films, results  # noqa: F401 (they define the commands)
+from beltrepro.cli.options import COMMANDS, Command, Parser, check_output
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command."""
     options = parser().parse_args(arguments)
+    command: Command = options.command
+    name = f"beltrepro {command.run.__name__}"
     try:
-        with needing(f"beltrepro {options.command}"), warnings.catch_warnings(record=True) as heard:
-            status = options.action(options)
+        with needing(name), warnings.catch_warnings(record=True) as heard:
+            if command.suffixes:
+                check_output(options.output, options.force, command.suffixes)
+            status = command.run(options)
         for warning in heard:  # not before, as what is refused gets one line
             print(f"warning: {warning.message}", file=sys.stderr)
         sys.stdout.flush()
@@ -49,8 +47,8 @@ def parser() -> argparse.ArgumentParser:
     )
     whole.add_argument("--version", action="version", version=f"beltrepro {__version__}")
     commands = whole.add_subparsers(required=True, dest="command", metavar="COMMAND")
-    for name in COMMANDS:
-        import_module(f"beltrepro.cli.{name}").add(commands)
+    for command in COMMANDS:
+        command.add_to(commands)
     return whole
 
 

@@ -1,9 +1,8 @@
-"""What the commands share: options of a chain, grids, files to write, how a result is printed."""
+"""What the commands share: their options as tables, the parser, how a result is printed."""
 
 import argparse
 import inspect
 import json
-import math
 import os
 import re
 import sys
@@ -11,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import MISSING, Field, fields
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from beltrepro import ChainParameters
 from beltrepro.base.checks import shown, spaced
@@ -20,13 +19,108 @@ from beltrepro.base.names import hint, left
 from beltrepro.base.progress import Progress
 
 CHAIN = tuple(parameter.name for parameter in fields(ChainParameters))
-LAW = CHAIN[3:]  # what is left after number of blocks, belt velocity and noise
-NUMERICS = ("duration", "transient", "method", "time_step", "tolerance")
-JSON = "print the result as JSON"
+_LAW = CHAIN[3:]  # what is left after number of blocks, belt velocity and noise
 UNITS = """\
 All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
 of time is 0.0765 s, of velocity 0.0183 m/s, of force 0.0277 N. A paper-length run has duration 2e6
 and transient 1e6."""
+REQUIRED, PLACED = object(), object()  # defaults: an option that must be there, one without a name
+
+# Options: name, type, default, words. A text alone is the title of those that follow.
+JSON = ("json", bool, False, "print the result as JSON")
+NUMERICS = (
+    ("duration", float, REQUIRED, "time simulated, transient included"),
+    ("transient", float, 0.0, "time left out of what is measured (0)"),
+    ("method", str, "event", "event, exact, or verlet, the scheme of the paper (event)"),
+    ("time_step", float, 0.001, "dt (paper: 0.001)"),
+    ("tolerance", float, None, "error allowed in a step of event (1e-10, larger with noise)"),
+)
+_WORDS = "standard deviation of random displacements at the start, but of replicate 0 (0)"
+SPREAD = ("initial_spread", float, 0.0, _WORDS)
+
+
+class Command(NamedTuple):
+    """A function of the options: its name is that of the command, its docstring the help."""
+
+    run: Callable[[argparse.Namespace], int | None]
+    options: tuple
+    epilog: str
+    suffixes: tuple[str, ...]  # of the file of --output
+
+    def add_to(self, commands: Any) -> None:
+        """Add its parser."""
+        text = inspect.getdoc(self.run) or ""
+        first = text.partition(".")[0]
+        words = {"help": first[0].lower() + first[1:], "description": text, "epilog": self.epilog}
+        group = parser = commands.add_parser(self.run.__name__, **words)
+        for option in self.options:
+            if isinstance(option, str):
+                group = parser.add_argument_group(option)
+            else:
+                _add_option(group, *option)
+        parser.set_defaults(command=self)
+
+
+COMMANDS: list[Command] = []
+
+
+def command(*options: Any, epilog: str = "", suffixes: tuple[str, ...] = ()) -> Callable:
+    """Decorate a function that becomes a command with these options."""
+
+    def add(run: Callable) -> Callable:
+        COMMANDS.append(Command(run, options, epilog, suffixes))
+        return run
+
+    return add
+
+
+def _add_option(group: Any, name: str, kind: Any, default: Any, words: str) -> None:
+    flag = f"--{name.replace('_', '-')}"
+    if kind is bool:
+        group.add_argument(flag, action="store_true", help=words)
+        return
+    how: dict[str, Any] = {"type": kind, "metavar": "FILE" if kind is Path else None}
+    if default is PLACED:
+        group.add_argument(name, type=kind, help=words)
+    elif default is REQUIRED:
+        group.add_argument(flag, required=True, help=words, **how)
+    else:
+        group.add_argument(flag, default=default, help=words, **how)
+
+
+def chain_options(whole: Callable[[str], Any] = int, number: Callable[[str], Any] = float) -> list:
+    """Which chain, with the words of `ChainParameters`; the law last."""
+    text = inspect.getdoc(ChainParameters) or ""
+    for python in (", per block", ", per spring", "math.", "`"):  # what only Python takes
+        text = text.replace(python, "")
+    words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
+    rows = [field_option(one, words[one.name], number) for one in fields(ChainParameters)]
+    rows[0] = (rows[0][0], whole, *rows[0][2:])  # the number of blocks
+    return [*rows[:3], "law of springs and friction, as in the paper if not given", *rows[3:]]
+
+
+def field_option(setting: Field, words: str, kind: Any = None) -> tuple:
+    """The option of a field of a dataclass."""
+    kind = kind or (int if isinstance(setting.default, int) else float)
+    if setting.default is MISSING:
+        return setting.name, kind, REQUIRED, words
+    told = setting.default is None or f"{setting.default:g}" in words
+    return setting.name, kind, setting.default, words if told else f"{words} ({setting.default:g})"
+
+
+def keys(seed: int | None = 1, replicate: int | None = 0) -> tuple:
+    """Options of the random numbers of one chain."""
+    words = "number of the repetition, with other random numbers; 0 if not given"
+    return (
+        ("seed", int, seed, "fixes the random numbers; 1 if not given"),
+        ("replicate", int, replicate, words),
+    )
+
+
+def output(words: str, default: Any = None) -> tuple:
+    """Options that name a file to write."""
+    force = ("force", bool, False, "overwrite the file of --output")
+    return ("output", Path, default, words), force
 
 
 class Parser(argparse.ArgumentParser):
@@ -74,138 +168,40 @@ def _whole_number(text: str) -> int:
 
 def grid(text: str) -> tuple[float, ...]:
     """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends."""
-    return tuple(number for part in text.split(",") for number in _part(text, part))
+    numbers: list[float] = []
+    try:
+        for part in text.split(","):
+            number, *rest = map(float, part.split(":"))
+            numbers += spaced(part, number, *rest) if rest else [number]
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    except (ValueError, TypeError):
+        words = "a number, a list 1,2,5 or a range START:STOP:STEP is needed"
+        raise argparse.ArgumentTypeError(f"{shown(text)}: {words}") from None
+    return tuple(numbers)
 
 
 def whole_grid(text: str) -> tuple[int, ...]:
     """As `grid`, for whole numbers."""
     numbers = grid(text)
-    if not all(number % 1 == 0 for number in numbers):
+    if any(number % 1 != 0 for number in numbers):
         raise argparse.ArgumentTypeError(f"{shown(text)}: whole numbers are needed")
-    return tuple(int(number) for number in numbers)
+    return tuple(map(int, numbers))
 
 
-def _part(text: str, part: str) -> tuple[float, ...]:
-    """Numbers between two commas."""
-    try:
-        numbers = tuple(float(word) for word in part.split(":"))
-        if len(numbers) == 1 or (len(numbers) == 3 and all(map(math.isfinite, numbers))):
-            return numbers if len(numbers) == 1 else spaced(part, *numbers)
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    except ValueError:
-        pass
-    raise argparse.ArgumentTypeError(
-        f"{shown(text)}: a number, a list 1,2,5 or a range START:STOP:STEP is needed"
-    )
-
-
-def command(
-    commands: Any,
-    run: Callable[[argparse.Namespace], int | None],
-    words: str,
-    description: str,
-    epilog: str | None = None,
-) -> argparse.ArgumentParser:
-    """Add the command of the module in which `run` stands, by its name."""
-    name = run.__module__.rpartition(".")[2]
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name, help=words, description=description, epilog=epilog
-    )
-    parser.set_defaults(action=run)
-    return parser
-
-
-def add_run(
-    parser: argparse.ArgumentParser, *, seed: int | None = None, replicate: int | None = None
-) -> None:
-    """Options of a command that follows one chain."""
-    add_chain(parser)
-    add_numerics(parser)
-    option = parser.add_argument
-    option("--seed", type=int, default=seed, help="fixes the random numbers; 1 if not given")
-    words = "number of the repetition; another one has other random numbers; 0 if not given"
-    option("--replicate", type=int, default=replicate, help=words)
-    option("--json", action="store_true", help=JSON)
-
-
-def add_numerics(parser: argparse.ArgumentParser) -> None:
-    """Options that say how long a chain is followed, and by what means."""
-    option = parser.add_argument
-    option("--duration", type=float, required=True, help="time simulated, transient included")
-    option("--transient", type=float, default=0.0, help="time left out of what is measured (0)")
-    words = "event (exact) or verlet (the scheme of the paper); default: event"
-    option("--method", default="event", help=words)
-    option("--time-step", type=float, default=0.001, help="dt (paper: 0.001)")
-    words = "error allowed in a step of event (1e-10, larger with noise)"
-    option("--tolerance", type=float, help=words)
-
-
-def add_spread(parser: argparse.ArgumentParser) -> None:
-    """Option of the random part of the start."""
-    words = "standard deviation of random displacements of the blocks at the start (0); "
-    words += "replicate 0 has none"
-    parser.add_argument("--initial-spread", type=float, default=0.0, help=words)
-
-
-def add_chain(
-    parser: argparse.ArgumentParser,
-    whole: Callable[[str], Any] = int,
-    number: Callable[[str], Any] = float,
-) -> None:
-    """Options that say which chain, with the words of `ChainParameters`."""
-    law = parser.add_argument_group("law of springs and friction, as in the paper if not given")
-    text = inspect.getdoc(ChainParameters) or ""
-    words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
-    # what only Python takes
-    words = {name: one.replace(", per block", "").replace("`math.inf`", "inf")
-             for name, one in words.items()}  # fmt: skip
-    for parameter in fields(ChainParameters):
-        group = law if parameter.name in LAW else parser
-        kind = whole if parameter.name == "n_blocks" else number
-        add_field(group, parameter, words.get(parameter.name, ""), kind)
-
-
-def add_field(group: Any, setting: Field, words: str, kind: Any = None) -> None:
-    """The option of a field of a dataclass, in a parser or a group of it."""
-    option = group.add_argument
-    name = f"--{setting.name.replace('_', '-')}"
-    kind = kind or (int if isinstance(setting.default, int) else float)
-    if setting.default is MISSING:
-        option(name, type=kind, required=True, help=words)
-    elif setting.default is None:
-        option(name, type=kind, help=words)
-    else:  # as text, so that a list of one is made of it where lists are taken
-        default = f"{setting.default:g}"
-        end = "" if default in words else f" ({default})"
-        option(name, type=kind, default=default, help=words.rstrip(".") + end)
-
-
-def add_output(parser: argparse.ArgumentParser, words: str, **settings: Any) -> None:
-    """Options that name a file to write."""
-    option = parser.add_argument
-    option("--output", type=Path, metavar="FILE", help=words, **settings)
-    option("--force", action="store_true", help="overwrite the file of --output")
+def values(options: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Some of the options by name."""
+    return {name: getattr(options, name) for name in names}
 
 
 def chain_of(options: argparse.Namespace) -> ChainParameters:
     """The chain that the options describe."""
-    return ChainParameters(**{name: getattr(options, name) for name in CHAIN})
-
-
-def of_chain(chain: ChainParameters) -> dict[str, Any]:
-    """Quantities of a chain as they are printed: constants of the law where they are not usual."""
-    return {
-        field.name: value
-        for field in fields(chain)
-        if (value := getattr(chain, field.name)) != field.default or field.name not in LAW
-    }
+    return ChainParameters(**values(options, *CHAIN))
 
 
 def settings_of(options: argparse.Namespace) -> dict[str, Any]:
     """How a chain is followed."""
-    settings = {name: getattr(options, name) for name in (*NUMERICS, "seed", "replicate")}
-    return settings | {"progress": progress_of(chain_of(options).describe())}
+    return values(options, *(name for name, *_ in NUMERICS), "seed", "replicate")
 
 
 def progress_of(label: str) -> Progress | None:
@@ -213,21 +209,23 @@ def progress_of(label: str) -> Progress | None:
     return Progress(label) if sys.stderr.isatty() else None
 
 
-def print_result(result: dict, as_json: bool) -> None:
-    """Print a result, a line for each value."""
+def print_result(result: dict, as_json: bool, chain: ChainParameters | None = None) -> None:
+    """Print a result, a line for each value; of a law what is not as in the paper."""
+    if chain is not None:
+        constants = {one.name: (getattr(chain, one.name), one.default) for one in fields(chain)}
+        told = {n: now for n, (now, usual) in constants.items() if n not in _LAW or now != usual}
+        result = told | result
     if as_json:
         plain = {name: None if value != value else value for name, value in result.items()}
         print(json.dumps(plain, indent=2))
         return
     width = max(map(len, result))
     for name, value in result.items():
-        shown = f"{value:.6g}" if isinstance(value, float) else value
-        print(f"{name:<{width}}  {shown}")
+        print(f"{name:<{width}}  {f'{value:.6g}' if isinstance(value, float) else value}")
 
 
-def check_output(options: argparse.Namespace, *suffixes: str) -> None:
+def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...] = ()) -> None:
     """Refuse a file that cannot be written, or is there already, before anything is computed."""
-    path: Path | None = options.output
     if path is None:
         return
     folder = path.absolute().parent
@@ -235,7 +233,7 @@ def check_output(options: argparse.Namespace, *suffixes: str) -> None:
         "is a folder": path.is_dir(),
         "its folder does not exist": not folder.is_dir(),
         f"must end in {', '.join(suffixes)}": suffixes and path.suffix.lower() not in suffixes,
-        "is there already; --force overwrites it": path.exists() and not options.force,
+        "is there already; --force overwrites it": path.exists() and not force,
         "cannot be written": not os.access(path if path.exists() else folder, os.W_OK),
     }
     for problem, holds in problems.items():

@@ -18,12 +18,15 @@ from matplotlib.widgets import Slider
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import chain_deformations, spring_extension, spring_force
 from beltrepro.model.units import FORCE_N, LENGTH_M, TIME_S, VELOCITY_M_S
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.video import Frame, write_video
-from beltrepro.simulation import ChainState, Run, picture, simulate
+from beltrepro.simulation import picture
+from beltrepro.simulation.run import Run
+from beltrepro.simulation.trajectories import simulate
 
 NO_DISPLAY = "no display to open a window on: write a film with --output chain.mp4"
 KEYS = "space: pause     →: one step     ↑ ↓: faster, slower     c: r from here on     q: close"
@@ -42,6 +45,7 @@ _ROOM, _BELT, _MARKS, _TEXT = "#0d0f12", "#24282d", "#33383e", "#d5d9de"
 _SPRINGS = LinearSegmentedColormap.from_list("springs", ("#b57bff", "#e8e8e8", "#22c48b"))
 _COLOURS = {"figure.facecolor": _ROOM, "axes.facecolor": _ROOM, "text.color": _TEXT}
 _STYLE: list[Any] = ["default", "dark_background", _COLOURS]
+_SIZE = 12.8, 7.2  # inches
 
 
 class Watched:
@@ -54,19 +58,16 @@ class Watched:
 
     def begin_anew(self) -> None:
         """Let r and <x_N> begin with what is shown now."""
-        self.since, self._count, self.mean_length, self._squares = self.state.time, 0, 0.0, 0.0
+        self.since = self.state.time
+        self._lengths: list[float] = []
         self._see()
 
     def _see(self) -> None:
-        """Count what is shown; by the method of Welford, which needs no length but the last."""
-        length = self.state.positions[-1]
-        self._count += 1
-        beyond = length - self.mean_length
-        self.mean_length += beyond / self._count
-        self._squares += beyond * (length - self.mean_length)
-        self.disorder_parameter = np.sqrt(self._squares / self._count) / self.mean_length
+        self._lengths.append(float(self.state.positions[-1]))
+        self.mean_length = float(np.mean(self._lengths))
+        self.disorder_parameter = float(np.std(self._lengths)) / self.mean_length
         recent = self.seen[self.seen[:, 0] >= self.state.time - KEPT]
-        row = self.state.time, length, self.disorder_parameter
+        row = self.state.time, self._lengths[-1], self.disorder_parameter
         self.seen = np.vstack([recent, row])
 
     def advance(self, duration: float, under: ChainParameters | None = None) -> None:
@@ -102,28 +103,28 @@ class View:
 
     def __init__(self, chain: Watched, figure: Figure, words: str, foot: float = 0.0) -> None:
         self.figure = figure
-        self._canvas: Any = figure.canvas
         self._still: Any = None  # what stands still, drawn
+        parameters = chain.state.parameters
         with matplotlib.style.context(_STYLE):
             belt, length, disorder = (
                 figure.add_axes((0.06, foot + place * (1 - foot), 0.91, height * (1 - foot)))
                 for place, height in ((0.54, 0.31), (0.27, 0.2), (0.08, 0.16))
             )
             self.numbers = figure.text(0.06, 0.955, "", fontsize=13)
-            self._draw_belt(belt, chain.state.parameters)
+            self._draw_belt(belt, parameters)
             for axes, word in ((length, "$x_N$ (m)"), (disorder, "$r$")):
                 axes.set(xlim=(-TIME_S * KEPT, 0), ylabel=word)
                 axes.grid(alpha=0.2)
-            rest = LENGTH_M * chain.state.parameters.rest_positions[-1]
-            length.set(ylim=(0.6 * rest, visible_length(chain.state.parameters)))
+            rest = LENGTH_M * parameters.rest_positions[-1]
+            length.set(ylim=(0.6 * rest, visible_length(parameters)))
             length.tick_params(labelbottom=False)
             disorder.set(ylim=(0, 0.25), xlabel="seconds of the chain before now")
-            self._disorder = disorder
             self.curves = [axes.plot([], [], color=_TEXT, lw=1.2)[0] for axes in (length, disorder)]
+        self._disorder = disorder
         self._moving = [self.marks, self.springs, self.blocks, *self.curves, self.numbers]
         for artist in self._moving:
             artist.set_animated(True)
-        self._canvas.mpl_connect("draw_event", self._drawn)
+        figure.canvas.mpl_connect("draw_event", self._draw_moving)
         self.draw(chain, words)
 
     def _draw_belt(self, axes, chain):
@@ -151,8 +152,9 @@ class View:
         states = [
             Patch(facecolor="black", edgecolor=c, label=words) for words, c in STATES.values()
         ]
-        place: Any = {"loc": "lower right", "bbox_to_anchor": (1, 1), "frameon": False}
-        axes.legend(handles=states, ncols=3, **place)
+        axes.legend(
+            handles=states, ncols=3, loc="lower right", bbox_to_anchor=(1, 1), frameon=False
+        )
         scale = self.figure.add_axes((0.06, 0.88, 0.2, 0.014))
         self.figure.colorbar(self.springs, cax=scale, orientation="horizontal")
         scale.set_title("pull of a spring (N): below 0 compressed", fontsize=9, pad=3, loc="left")
@@ -178,20 +180,19 @@ class View:
             f"({VELOCITY_M_S * parameters.belt_velocity:.2f} m/s)    σ = {parameters.noise:.3g}    "
             f"{words}"
         )
-        if disorder.max() > self._disorder.get_ylim()[1]:
-            self._disorder.set_ylim(0, 1.2 * disorder.max())
-            self._still = None
-        if self._still is None:
-            self._canvas.draw()  # calls _drawn
-            return
-        self._canvas.restore_region(self._still)
-        self._drawn()
-        self._canvas.blit(self.figure.bbox)
+        canvas: Any = self.figure.canvas
+        if self._still is None or disorder.max() > self._disorder.get_ylim()[1]:
+            self._disorder.set_ylim(0, max(0.25, 1.2 * disorder.max()))
+            canvas.draw()  # calls _draw_moving
+        else:
+            canvas.restore_region(self._still)
+            self._draw_moving()
+            canvas.blit(self.figure.bbox)
 
-    def _drawn(self, event: Any = None) -> None:
-        """After a full drawing: keep what stands still, and draw the rest over it."""
+    def _draw_moving(self, event: Any = None) -> None:
+        """Draw it over what stands still, which is kept after a full drawing."""
         if event:
-            self._still = self._canvas.copy_from_bbox(self.figure.bbox)
+            self._still = event.canvas.copy_from_bbox(self.figure.bbox)
         for artist in self._moving:
             self.figure.draw_artist(artist)
 
@@ -223,7 +224,7 @@ def write_film(
     if checks.positive("duration", duration) and count < 1:
         least = f"a film of at least one frame needs {1 / frames_per_second:.3g} s"
         raise InputError(f"duration = {duration:g}: {least}")
-    figure, words = Figure(figsize=(12.8, 7.2), dpi=100, facecolor=_ROOM), f"speed × {speed:g}"
+    figure, words = Figure(figsize=_SIZE, dpi=100, facecolor=_ROOM), f"speed × {speed:g}"
     canvas = FigureCanvasAgg(figure)
     view = View(chain, figure, words)
 
@@ -308,7 +309,7 @@ def open_window(chain: Watched, speed: float, frames_per_second: float) -> None:
     keys: Any = {name: [] for name in matplotlib.rcParams if name.startswith("keymap.")}
     keys |= {"keymap.quit": ["q"], "toolbar": "None"}
     with matplotlib.rc_context(keys):
-        figure = plt.figure("beltrepro watch", figsize=(12.8, 7.2), facecolor=_ROOM)
+        figure = plt.figure("beltrepro watch", figsize=_SIZE, facecolor=_ROOM)
         window = Window(chain, speed, frames_per_second, figure)
         timer = figure.canvas.new_timer(interval=round(1000 / frames_per_second))
         timer.add_callback(window.on_timer)

@@ -13,7 +13,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.observe.crossings import CrossingLog
-from beltrepro.observe.slips import AVALANCHE, SLIP, EventLog, slips_and_avalanches
+from beltrepro.observe.slips import EventLog, slips_and_avalanches
 from beltrepro.simulation.groups import Report, in_groups, integrator_of
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.setup import (
@@ -29,9 +29,6 @@ from beltrepro.simulation.tables import blocks, frame, html
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-_ONE = {"positions": "position", "velocities": "velocity"}
 
 
 class Catalogue(dict[str, np.ndarray]):
@@ -63,10 +60,10 @@ class Catalogue(dict[str, np.ndarray]):
             There is no such array, or pandas is not installed.
         """
         rows = self[names.one_of("kind", kind, self)]
-        columns: dict[str, np.ndarray] = {}
-        for field in rows.dtype.names or ():
-            values = rows[field]
-            columns |= {field: values} if values.ndim == 1 else blocks(_ONE[field], values)
+        columns = {name: rows[name] for name in rows.dtype.names or () if rows[name].ndim == 1}
+        if kind == "section":
+            columns |= blocks("position", rows["positions"])
+            columns |= blocks("velocity", rows["velocities"])
         return frame(columns)
 
     def _repr_html_(self) -> str:
@@ -115,75 +112,60 @@ def catalogue(
     """
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
-    cases = made.cases
-    block = None if section_block is None else _section_block(section_block, cases)
-    sections = section_positions(section_position, cases, block)
-    tables: dict[str, list[np.ndarray]] = {"slips": [], "avalanches": [], "section": []}
-    loading = LoadingWatch(cases, duration, transient)
-    record = partial(_record, sections, block, transient, loading)
-    for _, recorded in in_groups(cases, record, progress, workers=made.workers):
-        for name, parts in tables.items():
-            parts += recorded[name]
+    sizes = [case.parameters.n_blocks for case in made.cases]
+    if section_block is not None:
+        section_block = checks.whole_number("section_block", section_block)
+        if not 1 <= section_block <= min(sizes):
+            raise InputError(f"section_block = {section_block}: allowed are 1 to {min(sizes)}")
+    sections = section_positions(section_position, made.cases, section_block)
+    loading = LoadingWatch(made.cases, duration, transient)
+    vectors = [(name, "f8", (max(sizes),)) for name in ("positions", "velocities")]
+    crossing = np.dtype([("point", "i4"), ("time", "f8"), *vectors])
+    record = partial(_recorded, sections, section_block, crossing, transient, loading)
+    recorded = in_groups(made.cases, record, progress, workers=made.workers)
     loading.warn()
-    width = max(case.parameters.n_blocks for case in cases)
-    dtypes = {"slips": SLIP, "avalanches": AVALANCHE, "section": _section_dtype(width)}
-    return Catalogue({name: _joined(tables[name], dtype) for name, dtype in dtypes.items()})
+    tables = zip(*(tables for _, group in recorded for tables in group), strict=True)
+    return Catalogue(
+        {
+            name: _joined(parts)
+            for name, parts in zip(("slips", "avalanches", "section"), tables, strict=True)
+        }
+    )
 
 
-def _section_dtype(n_blocks: int) -> np.dtype:
-    vectors = [(name, "f8", (n_blocks,)) for name in ("positions", "velocities")]
-    return np.dtype([("point", "i4"), ("time", "f8"), *vectors])
-
-
-def _section_block(value: Any, cases: Sequence[Case]) -> int:
-    most = min(case.parameters.n_blocks for case in cases)
-    if not 1 <= checks.whole_number("section_block", value) <= most:
-        raise InputError(f"section_block = {checks.shown(value)}: allowed are 1 to {most}")
-    return int(value)
-
-
-def _record(
+def _recorded(
     sections: np.ndarray,
-    block: int | None,
+    section_block: int | None,
+    crossing: np.dtype,
     transient: float,
     loading: LoadingWatch,
     group: np.ndarray,
     members: list[Case],
     report: Report,
-) -> dict[str, tuple[np.ndarray, ...]]:
-    """Slips, avalanches and section points of a group with these numbers: tables of each chain."""
+) -> list[tuple[np.ndarray, ...]]:
+    """Slips, avalanches and section points of each chain of a group with these numbers."""
     chain = members[0].parameters
-    integrator = integrator_of(members, section=Section(block or chain.n_blocks, sections[group]))
+    section = Section(section_block or chain.n_blocks, sections[group])
+    integrator = integrator_of(members, section=section)
     start = members[0].state.time + transient
-    events = EventLog(len(members), chain.rest_positions)
-    crossings = CrossingLog(start)
+    events, crossings = EventLog(len(members), chain.rest_positions), CrossingLog(start)
     loading.observe(group, integrator, [events, crossings], report)
-    rows = crossings.rows(chain.n_blocks)
-    law = law_constants(chain)
-    tables = []
+    rows, law = crossings.rows(chain.n_blocks), law_constants(chain)
+    tables: list[tuple[np.ndarray, ...]] = []
     for lane, (number, case) in enumerate(zip(group, members, strict=True)):
         crossed = rows[rows[:, 0] == lane]
-        records = np.zeros(len(crossed), dtype=_section_dtype(chain.n_blocks))
-        records["point"], records["time"] = number, crossed[:, 1]
+        points = np.zeros(len(crossed), crossing)
+        points["positions"] = points["velocities"] = np.nan
+        points["point"], points["time"] = number, crossed[:, 1]
         positions, velocities = np.hsplit(crossed[:, 2:], 2)
-        records["positions"] = positions + case.parameters.rest_positions
-        records["velocities"] = velocities + case.parameters.belt_velocity
+        points["positions"][:, : chain.n_blocks] = positions + case.parameters.rest_positions
+        points["velocities"][:, : chain.n_blocks] = velocities + case.parameters.belt_velocity
         slips = slips_and_avalanches(events.events(lane), number, case.state, law, start)
-        tables.append((*slips, records))
-    return dict(zip(("slips", "avalanches", "section"), zip(*tables, strict=True), strict=True))
+        tables.append((*slips, points))
+    return tables
 
 
-def _joined(parts: list[np.ndarray], dtype: np.dtype) -> np.ndarray:
-    """Tables of several chains as one, in the order of the chains; short vectors end with NaN."""
-    joined = np.empty(sum(map(len, parts)), dtype)
-    start = 0
-    for part in parts:
-        rows = joined[start : start + len(part)]
-        for name in dtype.names or ():
-            if part[name].ndim > 1:
-                rows[name] = np.nan
-                rows[name][:, : part[name].shape[1]] = part[name]
-            else:
-                rows[name] = part[name]
-        start += len(part)
+def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Tables of several chains as one, in their order."""
+    joined = np.concatenate(parts)
     return joined[np.argsort(joined["point"], kind="stable")]

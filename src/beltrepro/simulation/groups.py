@@ -1,4 +1,4 @@
-"""Cases that advance together, and what is measured of each group put into one table."""
+"""Groups of cases that advance together, on several cores."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, TypeVar
@@ -39,51 +39,49 @@ def in_groups(
     """
     check_progress(progress)
     workers = workers or 1
-    batches = _batches(cases, workers)
-    sizes = np.array([cases[group[0]].parameters.n_blocks * len(group) for group in batches])
-    done = np.zeros(len(batches))
+    groups = _groups(cases, workers)
+    sizes = np.array([len(group) * cases[group[0]].parameters.n_blocks for group in groups])
+    done = np.zeros(len(groups))
     shown = 0.0
 
-    def show(least: float = 0.0) -> None:
+    def show() -> None:
         nonlocal shown
-        fraction = max(least, float(np.dot(sizes, done)) / float(sizes.sum()))
+        fraction = min(float(sizes @ done / sizes.sum()), 1.0)
         if progress is not None and fraction > shown:
-            shown = min(fraction, 1.0)
-            progress(shown)
+            shown = fraction
+            progress(fraction)
 
     def made(number: int, told: Callable[[], None]) -> T:
         def report(fraction: float) -> None:
             done[number] = fraction
             told()
 
-        group = batches[number]
-        return work(group, [cases[index] for index in group], report)
+        return work(groups[number], [cases[index] for index in groups[number]], report)
 
-    if workers == 1 or len(batches) == 1:
-        outcomes = [made(number, show) for number in range(len(batches))]
+    if workers == 1 or len(groups) == 1:
+        outcomes = [made(number, show) for number in range(len(groups))]
     else:
         outcomes = in_threads(made, np.argsort(-sizes, kind="stable"), show, workers)
-    show(1.0)
-    return list(zip(batches, outcomes, strict=True))
+    done[:] = 1.0
+    show()
+    return list(zip(groups, outcomes, strict=True))
 
 
-def _batches(cases: Sequence[Case], workers: int) -> list[np.ndarray]:
+def _groups(cases: Sequence[Case], workers: int) -> list[np.ndarray]:
     """Indices of the cases of each group: at most GROUP_SIZE, fewer where cores would idle."""
-    alike: dict = {}
+    alike: dict[tuple, list[int]] = {}
     for index, case in enumerate(cases):
         alike.setdefault(case.kind, []).append(index)
     size = GROUP_SIZE
-    while workers > 1 and size > _VECTOR and _count(alike, size) < _GROUPS_EACH * workers:
+    while True:
+        groups = [
+            np.array(members[first : first + size])
+            for members in alike.values()
+            for first in range(0, len(members), size)
+        ]
+        if workers == 1 or size <= _VECTOR or len(groups) >= _GROUPS_EACH * workers:
+            return groups
         size //= 2
-    return [
-        np.array(members[first : first + size])
-        for members in alike.values()
-        for first in range(0, len(members), size)
-    ]
-
-
-def _count(alike: dict, size: int) -> int:
-    return sum(-(-len(members) // size) for members in alike.values())
 
 
 def integrator_of(

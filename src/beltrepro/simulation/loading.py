@@ -24,57 +24,53 @@ class LoadingWatch:
 
     def __init__(self, cases: Sequence[Case], duration: float, transient: float) -> None:
         self._cases, self._duration, self._transient = cases, duration, transient
-        # of the runs in which it matters: how long it lasts, r, and r without it
-        self._loading: dict[int, tuple[float, float, float]] = {}
+        # of the runs in which it matters: a transient that leaves it out, and r
+        self._loading: dict[int, tuple[float, float]] = {}
 
     def observe(
         self, group: np.ndarray, integrator: Integrator, observers: Sequence, report: Report
     ) -> None:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
-        members = [self._cases[number] for number in group]
-        start, rest = members[0].state.time, members[0].parameters.rest_positions[-1]
-        ends = start + self._transient, start + self._duration
-        surely_over = self._transient >= _SURELY * max(map(_loading_time, members))
-        histories = [] if surely_over else [LengthHistory(len(members), *ends)]
-        observe(integrator, self._duration, [*observers, *histories], report)
-        for history in histories:
-            if history.count.any():
-                length, matters, *parts = beginning(history)
-                whole, later = (moments.deviation / (moments.mean + rest) for moments in parts)
-                for lane in np.flatnonzero(matters):
-                    self._loading[int(group[lane])] = length[lane], whole[lane], later[lane]
+        cases = [self._cases[number] for number in group]
+        start, rest = cases[0].state.time, cases[0].parameters.rest_positions[-1]
+        history = LengthHistory(len(cases), start + self._transient, start + self._duration)
+        if self._transient >= _SURELY * max(map(_loading_time, cases)):
+            observe(integrator, self._duration, observers, report)
+            return
+        observe(integrator, self._duration, [*observers, history], report)
+        if history.count.any():
+            length, matters, whole, _ = beginning(history)
+            disorder = whole.deviation / (whole.mean + rest)
+            for lane in np.flatnonzero(matters):
+                if self._may_load(cases[lane]):
+                    needed = self._needed(cases[lane], length[lane])
+                    self._loading[int(group[lane])] = needed, disorder[lane]
 
     def warn(self) -> None:
         """Warn if runs are measured while their chains load, and say how long that takes."""
-        needed = {
-            number: self._needed(number)
-            for number in sorted(self._loading)
-            if self._may_load(number)
-        }
-        if not needed:
+        if not self._loading:
             return
-        number = max(needed, key=needed.__getitem__)
-        length, disorder, later = self._loading[number]
-        many = "" if len(self._cases) == 1 else f"{len(needed)} of {len(self._cases)} chains: "
-        without = f", {later:.3g} without the first of it" if math.isfinite(length) else ""
-        longer = "" if needed[number] < self._duration / 2 else " and a duration well beyond it"
+        number = max(sorted(self._loading), key=lambda number: self._loading[number][0])
+        needed, disorder = self._loading[number]
+        many = (
+            "" if len(self._cases) == 1 else f"{len(self._loading)} of {len(self._cases)} chains: "
+        )
+        longer = "" if needed < self._duration / 2 else " and a duration well beyond it"
         warnings.warn(
             f"{many}loading is measured too ({self._cases[number].parameters.describe()}: "
-            f"r = {disorder:.3g}{without}); transient={needed[number]:g}{longer} leaves it out",
+            f"r = {disorder:.3g}); transient={needed:g}{longer} leaves it out",
             stacklevel=caller(),
         )
 
-    def _needed(self, number: int) -> float:
+    def _needed(self, case: Case, length: float) -> float:
         """A transient that leaves the loading of a run out, of two digits."""
-        length = self._loading[number][0]
         seen = self._transient + length if math.isfinite(length) else 0.0
-        time = _AMPLE * max(_loading_time(self._cases[number]), seen)
+        time = _AMPLE * max(_loading_time(case), seen)
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
         return math.ceil(time / step) * step
 
-    def _may_load(self, number: int) -> bool:
+    def _may_load(self, case: Case) -> bool:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
-        case = self._cases[number]
         slowest = 4 * case.parameters.n_blocks + 2  # period, less than 2 pi / (pi / (2N + 1))
         measured = self._duration - self._transient
         return measured >= _PERIODS * slowest or self._transient < _loading_time(case)

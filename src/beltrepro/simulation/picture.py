@@ -32,7 +32,7 @@ _MEAN = {"color": _VERMILION, "linewidth": 0.8, "linestyle": "--"}
 _RASTER_FROM = 5000  # more samples than this are an image in a PDF
 _SLIPS_SHOWN = 200.0  # model time of the panel of slips: some ten slips of each block
 _BAR = 0.7  # height of the bar of a slip; blocks are 1 apart
-_MOST_ROWS = 12  # blocks for which there is room on the usual page
+_USUAL_ROWS = 12  # blocks for which there is room on the usual page
 _ROW = 0.12  # inches for each block beyond
 
 
@@ -70,51 +70,49 @@ def display() -> str:
 
     try:
         plt.switch_backend(matplotlib.get_backend())
-    except ImportError:
+    except ImportError:  # a backend for windows, and no display
         return ""
     backend = matplotlib.get_backend().lower()
-    if backend in backend_registry.list_builtin(BackendFilter.INTERACTIVE):
-        return "window"
-    return (
-        ""
-        if backend in backend_registry.list_builtin(BackendFilter.NON_INTERACTIVE)
-        else "notebook"
-    )
+    for kind, where in ((BackendFilter.INTERACTIVE, "window"), (BackendFilter.NON_INTERACTIVE, "")):
+        if backend in backend_registry.list_builtin(kind):
+            return where
+    return "notebook"
 
 
 def draw(run: Any) -> Figure:
     """x_N(t) and r up to t over the whole run; below, who slips when at its end."""
-    rows_beyond = max(0, run.parameters.n_blocks - _MOST_ROWS)
+    begin, end = run.initial_state.time, run.final_state.time
+    n_blocks = run.parameters.n_blocks
+    rows_beyond = max(0, n_blocks - _USUAL_ROWS)
     with matplotlib.style.context(["default", LOOK]):
         figure = Figure(figsize=(7.2, 5.2 + _ROW * rows_beyond), layout="constrained")
         ratios = [2, 1, 1.6 + 0.04 * rows_beyond]
         length, disorder, slips = figure.subplots(3, 1, height_ratios=ratios)
         _draw_length(length, run)
+        length.axvspan(begin, begin + run.transient, color="0.5", alpha=0.2, linewidth=0)
+        length.set(xlim=(begin, end), ylabel="$x_N$")
+        length.tick_params(labelbottom=False)
         _draw_disorder(disorder, run)
         disorder.sharex(length)
-        length.tick_params(labelbottom=False)
-        _draw_slips(slips, run)
+        disorder.set(xlabel="$t$", ylabel=r"$r$ up to $t$")
+        left = max(begin, end - _SLIPS_SHOWN)
+        for block in range(1, n_blocks + 1):
+            bars = [(low, high - low) for low, high in slips_of(run, block) if high > left]
+            slips.broken_barh(bars, (block - _BAR / 2, _BAR), color=_GREEN, linewidth=0)
+        slips.set(xlim=(left, end), ylim=(0.4, n_blocks + 0.6), xlabel="$t$")
+        slips.set_ylabel("slipping block")
+        slips.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     return figure
 
 
-def _span(run):
-    """Model time at which the run began and ended."""
-    return run.initial_state.time, run.final_state.time
-
-
 def _draw_length(axes, run):
-    begin, end = _span(run)
     many = run.time.size > _RASTER_FROM
     axes.plot(run.time, run.positions[:, -1], color=_BLUE, linewidth=0.5, rasterized=many)
-    axes.set(xlim=(begin, end), ylabel="$x_N$")
-    if not run.time.size:
-        _note(axes, "no samples")
-    axes.axvspan(begin, begin + run.transient, color="0.5", alpha=0.2, linewidth=0)
     title = _title(run.parameters)
     if np.isfinite(run.mean_length):
         axes.axhline(run.mean_length, **_MEAN)
-        title += rf":  $r$ = {run.disorder_parameter:.4g},  $\langle x_N \rangle$ = "
-        title += f"{run.mean_length:.4g}"
+        mean = rf"$\langle x_N \rangle$ = {run.mean_length:.4g}"
+        title += rf":  $r$ = {run.disorder_parameter:.4g},  {mean}"
     axes.set_title(title)
 
 
@@ -125,9 +123,8 @@ def _title(chain):
     for field in fields(chain)[3:]:
         symbol, value = symbols[field.name], getattr(chain, field.name)
         if value != field.default:
-            parts.append(
-                f"{symbol} by block" if isinstance(value, tuple) else f"{symbol}={value:g}"
-            )
+            same = not isinstance(value, tuple)
+            parts.append(f"{symbol}={value:g}" if same else f"{symbol} by block")
     return ", ".join(parts)
 
 
@@ -137,40 +134,21 @@ def _draw_disorder(axes, run):
     time, length = run.time[later], run.positions[later, -1]
     count = np.arange(1, time.size + 1)
     # about the first one, as a small variance of large numbers has no digits
-    offset = length - (length[0] if time.size else 0.0)
+    offset = length - length[:1]
     mean = np.cumsum(offset) / count
     variance = np.maximum(np.cumsum(offset**2) / count - mean**2, 0.0)
-    axes.plot(time, np.sqrt(variance) / (length - offset + mean), color=_BLUE, linewidth=0.9)
+    axes.plot(time, np.sqrt(variance) / (length[:1] + mean), color=_BLUE, linewidth=0.9)
     if np.isfinite(run.disorder_parameter):
         axes.axhline(run.disorder_parameter, **_MEAN)
-    axes.set(xlabel="$t$", ylabel=r"$r$ up to $t$")
     axes.set_ylim(bottom=0)
-    if not time.size:
-        _note(axes, "no samples after the transient")
-
-
-def _draw_slips(axes, run):
-    begin, end = _span(run)
-    left = max(begin, end - _SLIPS_SHOWN)
-    for block in range(1, run.parameters.n_blocks + 1):
-        slips = [(low, high - low) for low, high in slips_of(run, block) if high > left]
-        axes.broken_barh(slips, (block - _BAR / 2, _BAR), color=_GREEN, linewidth=0)
-    axes.set(xlim=(left, end), ylim=(0.4, run.parameters.n_blocks + 0.6))
-    axes.set(xlabel="$t$", ylabel="slipping block")
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
 def slips_of(run: Any, block: int) -> list[tuple[float, float]]:
     """When a block slips, pairs (begin, end); cut where the run begins or ends."""
     events = run.events[run.events["block"] == block]
-    begins, ends = (events["time"][events["kind"] == kind] for kind in ("slip", "stick"))
-    begin, end = _span(run)
+    begins, ends = (events["time"][events["kind"] == kind].tolist() for kind in ("slip", "stick"))
     if run.initial_state.directions[block - 1]:
-        begins = np.concatenate([[begin], begins])
+        begins = [run.initial_state.time, *begins]
     if len(begins) > len(ends):
-        ends = np.concatenate([ends, [end]])
-    return list(zip(begins.tolist(), ends.tolist(), strict=True))
-
-
-def _note(axes, text):
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", style="italic")
+        ends.append(run.final_state.time)
+    return list(zip(begins, ends, strict=True))

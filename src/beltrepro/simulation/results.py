@@ -137,24 +137,20 @@ def gathered(
 ) -> Results:
     """A row for each chain, of the arrays (W, ...) that are measured of each group."""
     measured = in_groups(setup.cases, measure, progress, workers=setup.workers)
-    batches, parts = [group for group, _ in measured], [part for _, part in measured]
+    groups, parts = zip(*measured, strict=True)
     table = columns(setup)
     for name in list(parts[0]):
-        arrays = [part.pop(name) for part in parts]  # a scan of many chains is held but once
-        table[name] = _joined(batches, arrays)
+        # a scan of many chains is held but once
+        table[name] = _joined(groups, [part.pop(name) for part in parts])
     return Results(table, {"kind": kind} | settings)
 
 
-def _joined(batches: list[np.ndarray], arrays: list[np.ndarray]) -> np.ndarray:
-    """Arrays (W, ...) of groups as one (P, ...) in the order of the chains; padded with NaN."""
-    shape = [max(lengths) for lengths in zip(*(array.shape[1:] for array in arrays), strict=True)]
+def _joined(groups: list[np.ndarray], arrays: list[np.ndarray]) -> np.ndarray:
+    """Arrays (W, ...) of groups as one (P, ...), padded with NaN or 0."""
+    shape = np.max([array.shape[1:] for array in arrays], axis=0).astype(int)
     dtype = np.result_type(*arrays)
-    joined = np.empty((sum(map(len, batches)), *shape), dtype)
-    for group, array in zip(batches, arrays, strict=True):
-        if array.shape[1:] == joined.shape[1:]:
-            joined[group] = array
-        else:
-            joined[group] = np.nan
-            corner: Any = (group, *map(slice, array.shape[1:]))
-            joined[corner] = array
+    joined = np.full((sum(map(len, groups)), *shape), np.nan if dtype.kind == "f" else 0, dtype)
+    for group, array in zip(groups, arrays, strict=True):
+        corner: Any = (group, *map(slice, array.shape[1:]))
+        joined[corner] = array
     return joined

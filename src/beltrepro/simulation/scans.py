@@ -86,13 +86,12 @@ def scan(
     if section_values > MOST_VALUES:
         raise InputError(f"section_values = {section_values}: must be at most {MOST_VALUES}")
     laminar_time = checks.not_negative("laminar_time", laminar_time)
-    how: dict[str, Any] = {"transient": transient, "section_values": section_values}
-    how |= {"laminar_time": laminar_time}
+    settings: dict[str, Any] = {"transient": transient, "section_values": section_values}
+    settings |= {"laminar_time": laminar_time}
     sections = section_positions(section_position, made.cases)
     loading = LoadingWatch(made.cases, duration, transient)
-    columns = max(SLIP_COLUMNS, *(case.parameters.n_blocks for case in made.cases))
-    measure = partial(_scanned, sections, loading, columns, **how)
-    results = gathered("scan", made, measure, progress, duration=duration, **how)
+    measure = partial(_scanned, sections, loading, **settings)
+    results = gathered("scan", made, measure, progress, duration=duration, **settings)
     loading.warn()
     return results
 
@@ -100,7 +99,6 @@ def scan(
 def _scanned(
     sections: np.ndarray,
     loading: LoadingWatch,
-    slip_columns: int,
     group: np.ndarray,
     members: list[Case],
     report: Report,
@@ -121,8 +119,7 @@ def _scanned(
     forward = ForwardSlip(begin)
     loading.observe(group, integrator, [moments, section, slips, forward], report)
     end = integrator.state()
-    counts = np.zeros((width, slip_columns), dtype=np.int64)
-    counts[:, : chain.n_blocks] = slips.slip_count
+    more = max(0, SLIP_COLUMNS - chain.n_blocks)
     return {
         **moments_of(moments, members, for_moments(members), start, integrator.time),
         "energy_residual": integrator.energy_residual(),
@@ -131,7 +128,7 @@ def _scanned(
         "section_position": sections[group],
         "section_count": section.count,
         "section_velocity": section.values,
-        "slip_count": counts,
+        "slip_count": np.pad(slips.slip_count, ((0, 0), (0, more))),
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
     }

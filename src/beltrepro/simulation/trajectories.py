@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
+import math
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
-from beltrepro.engine.records import (
-    EVENT_BLOCK,
-    EVENT_DISSIPATED,
-    EVENT_FORCE,
-    EVENT_POSITION,
-    EVENT_SLIP,
-    EVENT_TIME,
-)
+from beltrepro.engine import records
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
 from beltrepro.simulation.groups import Report, in_groups, integrator_of
@@ -23,8 +17,7 @@ from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import (
     SampleLog,
-    check_memory,
-    checked,
+    check_samples,
     for_moments,
     moments_of,
     sampling_of,
@@ -38,13 +31,6 @@ from beltrepro.simulation.setup import (
     setup_of,
     with_setup,
 )
-
-_EVENT_COLUMNS = {
-    "time": EVENT_TIME,
-    "force": EVENT_FORCE,
-    "position": EVENT_POSITION,
-    "dissipated": EVENT_DISSIPATED,
-}
 
 
 @with_setup
@@ -95,11 +81,9 @@ def simulate(
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     lengths = {"duration": duration, "transient": transient}
-    samples = checked(sample_interval, sample_start, duration, made.cases)
-    if samples["sample_interval"] is not None:
-        check_memory(made.cases, duration, **samples)
+    samples = check_samples(sample_interval, sample_start, duration, made.cases)
     loading = LoadingWatch(made.cases, **lengths)
-    work = partial(_follow, lengths, samples, loading)
+    work = partial(_follow, loading, lengths | samples)
     followed = in_groups(made.cases, work, progress, workers=made.workers)
     loading.warn()
     runs = {
@@ -109,71 +93,61 @@ def simulate(
 
 
 def _follow(
-    lengths: dict,
-    samples: dict,
     loading: LoadingWatch,
+    settings: dict[str, Any],
     group: np.ndarray,
     members: list[Case],
     report: Report,
 ) -> list[Run]:
     """The runs of a group of cases."""
-    first = members[0]
-    rest, start = first.parameters.rest_positions, first.state.time
-    keeps_samples = samples["sample_interval"] is not None
-    sampling, every, sampled_blocks = for_moments(members), 1, 1
-    if keeps_samples:
-        kept = sampling_of(samples["sample_interval"], first.method, first.time_step)
+    first, rest = members[0], members[0].parameters.rest_positions
+    start = first.state.time
+    measured, end = start + settings["transient"], start + settings["duration"]
+    if settings["sample_interval"] is None:
+        sampling, every, sampled_blocks, kept_from = for_moments(members), 1, 1, math.inf
+    else:
+        kept = sampling_of(settings["sample_interval"], first.method, first.time_step)
         sampling, every = with_moments(kept, first.method)
-        sampled_blocks = len(rest)
+        sampled_blocks, kept_from = len(rest), start + settings["sample_start"]
     integrator = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
-    moments = LengthMoments(len(members), start + lengths["transient"])
-    events = EventLog(len(members), rest)
-    observers: list[Any] = [moments, events]
-    if keeps_samples:
-        begin, end = start + samples["sample_start"], start + lengths["duration"]
-        log = SampleLog(members, sampling, every, begin, end)
-        observers.append(log)
-    loading.observe(group, integrator, observers, report)
-    measured = sampling, start + lengths["transient"], integrator.time
-    length, residual = moments_of(moments, members, *measured), integrator.energy_residual()
-    runs = []
-    for lane, (case, state) in enumerate(zip(members, integrator.state(), strict=True)):
-        recorded: dict[str, Any] = {"time": np.empty(0)}
-        recorded |= dict.fromkeys(("positions", "velocities", "friction"), np.empty((0, len(rest))))
-        if keeps_samples:
-            recorded = log.of(lane)
-        for name in ("disorder_parameter", "mean_length"):
-            recorded[name] = float(length[name][lane])
-        run = Run(
+    moments, events = LengthMoments(len(members), measured), EventLog(len(members), rest)
+    samples = SampleLog(members, sampling, every, kept_from, end)
+    loading.observe(group, integrator, [moments, events, samples], report)
+    length = moments_of(moments, members, sampling, measured, integrator.time)
+    residual, states, made_by = (
+        integrator.energy_residual(),
+        integrator.state(),
+        version("beltrepro"),
+    )
+    return [
+        Run(
             parameters=case.parameters,
+            method=case.method,
             time_step=case.time_step,
             tolerance=case.tolerance or TOLERANCES.get(case.method),
-            initial_state=case.state,
-            final_state=state,
-            version=_version(),
-            energy_residual=float(residual[lane]),
-            events=_event_records(events.events(lane)),
-            method=case.method,
             seed=case.state.seed,
             replicate=case.state.replicate,
-            **recorded,
-            **lengths,
-            **samples,
+            initial_state=case.state,
+            final_state=states[lane],
+            version=made_by,
+            disorder_parameter=float(length["disorder_parameter"][lane]),
+            mean_length=float(length["mean_length"][lane]),
+            energy_residual=float(residual[lane]),
+            events=_event_records(events.events(lane)),
+            **samples.of(lane),
+            **settings,
         )
-        runs.append(run)
-    return runs
-
-
-@cache  # reading it takes half a millisecond
-def _version() -> str:
-    return version("beltrepro")
+        for lane, case in enumerate(members)
+    ]
 
 
 def _event_records(rows: np.ndarray) -> np.ndarray:
     """Events of one chain as records."""
-    records = np.empty(len(rows), dtype=EVENT)
-    for name, column in _EVENT_COLUMNS.items():
-        records[name] = rows[:, column]
-    records["block"] = rows[:, EVENT_BLOCK].astype(np.int64) + 1
-    records["kind"] = np.where(rows[:, EVENT_SLIP] > 0, "slip", "stick")
-    return records
+    events = np.empty(len(rows), dtype=EVENT)
+    events["time"] = rows[:, records.EVENT_TIME]
+    events["block"] = rows[:, records.EVENT_BLOCK].astype(np.int64) + 1
+    events["kind"] = np.where(rows[:, records.EVENT_SLIP] > 0, "slip", "stick")
+    events["force"] = rows[:, records.EVENT_FORCE]
+    events["position"] = rows[:, records.EVENT_POSITION]
+    events["dissipated"] = rows[:, records.EVENT_DISSIPATED]
+    return events

@@ -15,8 +15,9 @@ from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.model import units
 from beltrepro.replication.camera import recording
-from beltrepro.simulation import Run, Setup, simulate
-from beltrepro.simulation.setup import Chains, part_of, setup_of
+from beltrepro.simulation.run import Run
+from beltrepro.simulation.setup import Chains, Setup, part_of, setup_of
+from beltrepro.simulation.trajectories import simulate
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
 

@@ -1,0 +1,145 @@
+"""Commands of the results of the workflow: verify, claims."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import sys
+import textwrap
+from collections import Counter
+from dataclasses import asdict
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from beltrepro.base.errors import InputError
+from beltrepro.cli.options import PLACED, command
+
+if TYPE_CHECKING:
+    from beltrepro.replication.report.claim_results import Answer, Result
+
+_QUESTIONS = ("replicated", "robust")
+_WITH_VERDICT = "only claims with this verdict: yes, in-part, no, open, not-testable"
+
+
+@command(
+    ("results", Path, PLACED, "folder of a run, as results/smoke"),
+    ("list", Path, None, "the list (docs/results/NAME.json)"),
+    ("write", bool, False, "write the list from these results instead"),
+)
+def verify(options: argparse.Namespace) -> int:
+    """Check results of the workflow, and compare them with the published list.
+
+    Every dataset and table of a run must be whole, and as the list says: bit by bit if the
+    processor, its instructions and the libraries are those of the list, otherwise within bounds
+    (docs/workflow.md). Exit status 1 if anything is wrong; each line of it says how to repair it.
+    """
+    from beltrepro.extras import verification
+
+    path = options.list or Path("docs", "results", f"{options.results.name}.json")
+    if options.write:
+        count = verification.write_list(path, options.results)
+        print(f"{path}: {count} datasets")
+        return 0
+    if not options.results.is_dir():
+        raise InputError(f"{options.results}: no such folder")
+    findings = list(verification.compare(options.results, verification.read_list(path)))
+    wrong = [finding for finding in findings if finding.outcome == verification.WRONG]
+    for finding in wrong:
+        print(f"error: {finding.words}", file=sys.stderr)
+    counts = Counter(finding.outcome for finding in findings)
+    print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
+    print(verification.conclusion(findings))
+    return int(bool(wrong))
+
+
+@command(
+    ("preset", str, "standard", "run to read: results/NAME (standard)"),
+    ("results", Path, None, "another folder than results/NAME"),
+    ("replicated", str, None, _WITH_VERDICT),
+    ("robust", str, None, _WITH_VERDICT),
+    ("json", bool, False, "print everything as JSON"),
+)
+def claims(options: argparse.Namespace) -> None:
+    """Print the verdicts of a run on the claims of the paper.
+
+    Each claim has two, and what was found: whether it is replicated by the authors' protocol, and
+    whether it is robust.
+    """
+    from beltrepro.replication.report.claim_results import read
+
+    every = list(read(options.results or _made(options.preset)).values())
+    shown = every
+    for question in _QUESTIONS:
+        if word := (getattr(options, question) or "").replace("-", " "):
+            verdicts = {result.verdicts[question] for result in shown}
+            shown = [result for result in shown if result.verdicts[question] == word]
+            if not shown:
+                has = ", ".join(sorted(verdicts))
+                raise InputError(f"--{question} {word}: no claim has it; there are {has}")
+    if options.json:
+        print(json.dumps([_plain(result) for result in shown], indent=1))
+        return
+    print(_table(shown))
+    for question in _QUESTIONS:
+        numbers = Counter(result.verdicts[question] for result in every if result.claim.finding)
+        words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.most_common())
+        print(f"\n{question}: {words}", end="")
+    print()
+
+
+def _made(preset: str) -> Path:
+    """The folder of a run by the name of its preset."""
+    folder = Path("results", preset)
+    if not folder.exists():
+        published = Path("docs", "results", preset)
+        other = f"; to read the published one: --results {published}" if published.is_dir() else ""
+        raise InputError(
+            f"preset = {preset!r}: {folder} is not made yet: "
+            f"snakemake --cores 2 --config preset={preset}{other}"
+        )
+    return folder
+
+
+def _plain(result: Result) -> dict[str, Any]:
+    """A claim as plain values."""
+    about = {
+        "id": result.id,
+        "figure": result.claim.figure,
+        "kind": result.claim.kind,
+        "says": result.claim.says,
+        "statement": result.claim.statement,
+        "paper": result.paper,
+        "seen": result.claim.seen,
+        "note": result.note,
+    }
+    return about | {question: _answer(answer) for question, answer in result.answers.items()}
+
+
+def _answer(answer: Answer) -> dict[str, Any]:
+    """A verdict as plain values, with the numbers of its reading."""
+    numbers = []
+    for number in answer.numbers.values():
+        ends = dict(zip(("allowed_low", "allowed_high"), number.allowed, strict=True))
+        values = asdict(number.estimate) | ends
+        del values["still_open"]  # not in the tables
+        # JSON has no infinity and no NaN
+        finite = {k: None if v is None or not isfinite(v) else v for k, v in values.items()}
+        numbers.append({"name": number.name} | finite | {"verdict": number.verdict})
+    texts = {name: text for name, text in vars(answer).items() if name != "numbers"}
+    return texts | {"estimates": numbers}
+
+
+def _table(results: list[Result]) -> str:
+    from tabulate import tabulate
+
+    width = max(30, shutil.get_terminal_size((110, 24)).columns - 60)
+    rows = []
+    for result in results:
+        sentences = dict.fromkeys(answer.found for answer in result.answers.values())
+        found = [text for text in sentences if text] or [result.claim.statement]
+        lines = "\n".join(textwrap.fill(text, width) for text in found)
+        rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
+    headers = ("claim", "figure", *_QUESTIONS, "what was found")
+    return tabulate(rows, headers=headers, tablefmt="simple")
