@@ -42,7 +42,7 @@ def test_the_table_has_both_verdicts_of_every_claim(capsys, results):
     for name, words in (("u-critical", "yes +open"), ("r-jump", "yes +yes")):
         assert re.search(rf"^{name} +\d+ +{words} ", rows[name])
     assert "this preset has no dataset" in rows["outliers"]
-    numbers = count(claims).verdicts["replicated"]
+    numbers = count(claims)["replicated"]
     assert f"replicated: {numbers['yes']} yes" in said.out and "robust: " in lines[-1]
 
 

@@ -13,20 +13,11 @@ def main(job):
         name: [Path(path) for path in ([each] if isinstance(each, str) else each)]
         for name, each in job.input.items()
     }
-    expected = dict(job.params.expected)
-    of_datasets = expected.pop(
-        "datasets", {}
-    )  # large: read once, and checked by who describes them
-    for name, by_stem in expected.items():
-        for path in files[name]:
+    for name, by_stem in job.params.expected.items():
+        for path in files[name] if name != "datasets" else ():  # large, and read by the report
             inputs.check(path, by_stem[path.stem])
-    material = Material(
-        preset=job.params.preset,
-        settings=job.params.settings,
-        files=files,
-        benchmarks=Path(job.params.benchmarks),
-        expected=of_datasets,
-    )
+    params = job.params
+    material = Material(params.preset, params.settings, files, Path(params.benchmarks))
     render(Path(job.output[0]), material)
 
 

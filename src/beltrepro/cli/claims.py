@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
         print(json.dumps([_plain(result) for result in shown.values()], indent=1))
         return
     print(_table(shown))
-    for question, numbers in count(results).verdicts.items():
+    for question, numbers in count(results).items():
         words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.items() if number)
         print(f"\n{question}: {words}", end="")
     print()
