@@ -4,10 +4,10 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import manifest, tables
+from beltrepro.replication.plan import io
 from beltrepro.replication.verdicts.criteria import (
     ANSWER,
     IN_PART,
@@ -18,9 +18,6 @@ from beltrepro.replication.verdicts.criteria import (
 )
 from beltrepro.replication.verdicts.ledger import Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
-
-_TABLES = ("claims.csv", "estimates.csv")
-_NUMBERS = ["value", "low", "high", "runs", "allowed_low", "allowed_high"]  # of estimates.csv
 
 
 class Number(NamedTuple):
@@ -80,15 +77,15 @@ Results = dict[str, Result]
 
 
 def read(folder: Path) -> Results:
-    """The claims of a run by id, in the order of the ledger; both tables as the run wrote them."""
-    manifest.check(folder, _TABLES)
-    claims, estimates = (tables.read_as_text(folder / name) for name in _TABLES)
+    """The claims of a run by id, in the order of the ledger."""
+    claims, estimates = (
+        io.read_as_text(folder / f"{name}.csv") for name in ("claims", "estimates")
+    )
     try:
-        estimates[_NUMBERS] = estimates[_NUMBERS].replace("", "nan").astype(float)
-        rows = {name: part.to_dict("records") for name, part in estimates.groupby("id")}
-        return {
-            row["id"]: _result(row, rows.get(row["id"], [])) for row in claims.to_dict("records")
-        }
+        numbers = defaultdict(list)
+        for row in estimates:
+            numbers[row["id"]].append(row)
+        return {row["id"]: _result(row, numbers[row["id"]]) for row in claims}
     except KeyError as error:
         raise InputError(f"{folder}: made by an earlier version, without {error}") from None
 
@@ -119,7 +116,7 @@ class OtherRun(NamedTuple):
 def compare(results: Results, claims_csv: Path) -> OtherRun:
     """Compare with the table of claims of another run."""
     other = OtherRun(claims_csv.parent.name, {}, [])
-    rows = tables.read_as_text(claims_csv).to_dict("records")
+    rows = io.read_as_text(claims_csv)
     for question in QUESTIONS:
         key = ("id", f"{question}_criterion", f"{question}_reading")
         # tables of earlier versions lack these columns: nothing in them is compared
@@ -138,25 +135,25 @@ def compare(results: Results, claims_csv: Path) -> OtherRun:
     return other
 
 
-def _result(row: dict[str, str], rows: list[dict[str, Any]]) -> Result:
+def _result(row: dict[str, str], numbers: list[dict[str, str]]) -> Result:
     """A row of claims.csv, with its rows of estimates.csv."""
     readings: dict[str, dict[str, Estimate]] = defaultdict(dict)
-    for number in rows:
-        runs = None if math.isnan(number["runs"]) else int(number["runs"])
-        ends = number["value"], number["low"], number["high"]
-        readings[number["reading"]][number["name"]] = Estimate(*ends, runs)
+    for number in numbers:
+        cells = (number[name] for name in ("value", "low", "high", "runs"))
+        *ends, runs = (float(cell or "nan") for cell in cells)
+        estimate = Estimate(*ends, None if math.isnan(runs) else int(runs))
+        readings[number["reading"]][number["name"]] = estimate
     answers = {}
     for question in QUESTIONS:
-        reading = row[f"{question}_reading"]
-        numbers = {name: Number(name, one) for name, one in readings.get(reading, {}).items()}
-        for number in rows:
-            if number["reading"] == reading and question in number["decides"].split(", "):
-                allowed = number["allowed_low"], number["allowed_high"]
-                decides = numbers[number["name"]]._replace(
-                    allowed=allowed, verdict=number["verdict"]
-                )
-                numbers[number["name"]] = decides
-        answers[question] = Answer(*(row[f"{question}{end}"] for end in ANSWER), numbers=numbers)
-    figures = {name for number in rows for name in number["figures"].split(", ") if name}
+        answer = Answer(*(row[f"{question}{end}"] for end in ANSWER), numbers={})
+        for name, estimate in readings.get(answer.reading, {}).items():
+            answer.numbers[name] = Number(name, estimate)
+        for number in numbers:
+            if number["reading"] == answer.reading and question in number["decides"].split(", "):
+                name, allowed = number["name"], (number["allowed_low"], number["allowed_high"])
+                estimate, (low, high) = answer.numbers[name].estimate, map(float, allowed)
+                answer.numbers[name] = Number(name, estimate, (low, high), number["verdict"])
+        answers[question] = answer
+    figures = {name for number in numbers for name in number["figures"].split(", ") if name}
     about = (row[name] for name in ("paper", "note", "dataset"))
     return Result(load_ledger()[row["id"]], *about, answers, readings, figures)

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from beltrepro.base import store
 from beltrepro.base.store import Dataset
-from beltrepro.replication.plan import files, registry
+from beltrepro.replication.plan import registry
 from beltrepro.replication.report.claim_results import OtherRun, Results, compare, read
 from beltrepro.replication.verdicts.ledger import read_yaml
 
@@ -44,7 +45,7 @@ class Material:
     @functools.cached_property
     def datasets(self) -> list[dict]:
         """What was simulated: plain values of each dataset."""
-        return [_describe(files.read_any(path)) for path in self.files.get("datasets", [])]
+        return [_describe(store.read(path)) for path in self.files.get("datasets", [])]
 
     @functools.cached_property
     def pictures(self) -> list[dict]:

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
-import pandas as pd
 from markupsafe import Markup
 
+from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import SECTION_POSITION
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.plan import registry
+from beltrepro.replication.plan import io, registry
 from beltrepro.replication.report import conduct, judged
 from beltrepro.replication.report.findings import typeset
 from beltrepro.replication.report.material import ROOM, Material, length
@@ -57,6 +57,7 @@ def render(output: Path, material: Material) -> None:
     )
     with replacing(output) as unfinished:
         unfinished.write_text(html, encoding="utf-8")
+        seal.put(unfinished)
 
 
 def _body(section: PageSection, material: Material) -> Markup:
@@ -127,7 +128,7 @@ def _study(template, title, describe, tables, pictures=()) -> PageSection:
     """A study in its own words, from its tables, with its pictures."""
 
     def gather(material: Material) -> dict[str, Any]:
-        read = {name: pd.read_csv(material.files[name][0]) for name in tables}
+        read = {name: io.read_table(material.files[name][0]) for name in tables}
         shown = [picture for picture in material.pictures if picture["name"] in pictures]
         return describe(read, material.settings) | {"figures": shown}
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import typst
 
-from beltrepro.base import reading, seal
+from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import manifest, registry
+from beltrepro.replication.plan import io, registry
 from beltrepro.replication.report import findings
 from beltrepro.replication.report.claim_results import Results, count, read, statements
 from beltrepro.replication.verdicts.criteria import VERDICTS
@@ -28,13 +28,14 @@ BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results
 
 
 def publish(results: Path, place: Path = PLACE) -> Path:
-    """Copy what a finished run shows, with a list of checksums.
+    """Copy what a finished run shows, once each file agrees with its seal.
 
     The run `paper` is refused where a sentence of the findings or of the article does not hold.
     """
     figures = sorted((results / "figures").glob("*.png"))
     names = [*FILES, *(f"figures/{path.name}" for path in figures)]
-    manifest.check(results, names)
+    for name in names:
+        seal.check(results / name)
     article = set_article(results) if results.name == SHOWN else b""
     target = place / results.name
     shutil.rmtree(target, ignore_errors=True)
@@ -43,8 +44,7 @@ def publish(results: Path, place: Path = PLACE) -> Path:
         shutil.copyfile(results / name, target / name)
     if article:
         (target / "article.pdf").write_bytes(article)
-        names.append("article.pdf")
-    manifest.write(target, {name: seal.digest_of(target / name) for name in names})
+        seal.put(target / "article.pdf")
     return target
 
 
@@ -55,10 +55,9 @@ def set_article(run: Path) -> bytes:
     """
     results = read(run)
     findings.check(results)
-    about = reading.json_object(seal.metadata_path(run / "claims.csv"))
     content = {
         "run": f"/{run.resolve().relative_to(Path.cwd())}",
-        "version": about["beltrepro:origin"]["code_version"],
+        "version": io.said(run / "claims.csv").get("code_version", "1.0"),
         "numbers": dict(_numbers(results)),
         "measured": list(findings.printed_and_measured(results)),
         "alt": {name: figure.alt for name, figure in registry.figures().items()},
