@@ -1,7 +1,8 @@
 """The live chain: its scheme against that of the library, and its page in a browser."""
 
-import functools
 import json
+import shutil
+import subprocess
 from importlib import resources
 from pathlib import Path
 
@@ -9,27 +10,27 @@ import numpy as np
 import pytest
 
 import browser
-import javascript
+import pages
 from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.model import section_position
-from beltrepro.replication.report import live_chain
-from beltrepro.replication.report.contents import MOTION
-from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.page import part
+from beltrepro.replication.report.page import live_chain
 
 FOLDER = resources.files("beltrepro.replication.report") / "live"
-SETTINGS = live_chain.gather(Material("", {}, {}))["settings"]
+SETTINGS = live_chain(None)["settings"]
 LOW = next(preset["start"] for preset in SETTINGS["presets"] if "start" in preset)
 
-needs_javascript = pytest.mark.skipif(bool(javascript.MISSING), reason=javascript.MISSING)
-needs_browser = pytest.mark.skipif(not browser.BROWSER, reason="no Chromium is installed")
+NODE = shutil.which("node") or ""
+needs_javascript = pytest.mark.skipif(not NODE, reason="Node is not installed")
 
 
-def computed(script, folder):
+def computed(script):
     """What a script with the functions of chain.js answers."""
     chain = (FOLDER / "chain.js").read_text(encoding="utf-8")
     given = f"const law = {json.dumps(SETTINGS['law'])}, low = {json.dumps(LOW)};"
-    return javascript.value(f"(() => {{{chain}{given}{script}}})();", folder)
+    given += "const answer = (value) => console.log(JSON.stringify(value));"
+    call = [NODE, "-e", chain + given + script]
+    done = subprocess.run(call, capture_output=True, text=True, timeout=120, check=True)
+    return json.loads(done.stdout)
 
 
 def scheme(parameters, start=None, duration=20.0):
@@ -40,7 +41,7 @@ def scheme(parameters, start=None, duration=20.0):
 
 
 @needs_javascript
-def test_the_page_and_the_library_take_the_same_steps(tmp_path):
+def test_the_page_and_the_library_take_the_same_steps():
     """Positions over 20 units of time to 1e-9: from rest, of other chains, and in motion."""
     chains = [(5, 1.0, 0.45), (5, 7.0, 0.45), (3, 17.0, 0.6), (10, 17.0, 0.45), (1, 9.0, 0.3)]
     script = """
@@ -50,7 +51,7 @@ def test_the_page_and_the_library_take_the_same_steps(tmp_path):
         path(new Chain({ blocks, velocity, noise: 0, ratio }, law, start));
       answer([%s.map((chain) => at(...chain)), at(5, 15, 0.45, low)]);
     """
-    at_rest, in_motion = computed(script % json.dumps(chains), tmp_path)
+    at_rest, in_motion = computed(script % json.dumps(chains))
     for (blocks, velocity, ratio), path in zip(chains, at_rest, strict=True):
         expected = scheme(ChainParameters(blocks, velocity, friction_ratio=ratio))
         assert np.abs(np.array(path) - expected).max() < 1e-9
@@ -60,7 +61,7 @@ def test_the_page_and_the_library_take_the_same_steps(tmp_path):
 
 
 @needs_javascript
-def test_with_noise_r_is_that_of_the_library(tmp_path):
+def test_with_noise_r_is_that_of_the_library():
     """Means over runs with noise of their own agree within three standard errors."""
     runs, transient, duration = 12, 100, 400
     script = """
@@ -72,7 +73,7 @@ def test_with_noise_r_is_that_of_the_library(tmp_path):
         return [record.spread.r, record.section.length];
       }));
     """
-    live = np.array(computed(script % (runs, transient, 1000 * duration), tmp_path))
+    live = np.array(computed(script % (runs, transient, 1000 * duration)))
     options = {"duration": duration, "transient": transient, "method": "verlet"}
     options["replicate"] = range(2 * runs)
     chains = simulate([ChainParameters(3, 9.0, 3.0)] * (2 * runs), **options)
@@ -83,7 +84,7 @@ def test_with_noise_r_is_that_of_the_library(tmp_path):
 
 
 @needs_javascript
-def test_amplitudes_and_deviates(tmp_path):
+def test_amplitudes_and_deviates():
     script = """
       const wave = (i) => 7 + 3 * Math.cos(2 * Math.PI * 5 * i / 64) + i % 2;
       const values = Array.from({ length: 64 }, (_, i) => wave(i));
@@ -91,7 +92,7 @@ def test_amplitudes_and_deviates(tmp_path):
       answer([[...amplitudes(values)], Array.from({ length: 20000 }, () => normals.next()),
               [1, 5, 10].map((blocks) => sectionPosition(blocks, 0.45, law))]);
     """
-    shown, normals, sections = computed(script, tmp_path)
+    shown, normals, sections = computed(script)
     expected = np.zeros(31)
     expected[4] = 3.0
     np.testing.assert_allclose(shown, expected, atol=1e-12)
@@ -101,25 +102,14 @@ def test_amplitudes_and_deviates(tmp_path):
     assert sections == [section_position(ChainParameters(n, 1.0)) for n in (1, 5, 10)]
 
 
-# --- the page -------------------------------------------------------------------------------------
-
-
-@functools.cache
-def page():
-    section = part(MOTION, Material("", {}, {}))
-    return (
-        '<!DOCTYPE html><html lang="en"><head><title>Live</title><meta charset="utf-8"></head>'
-        f"<body><main><h1>Live</h1>{section}</main></body></html>"
-    )
-
-
-@needs_browser
+@pytest.mark.skipif(not browser.BROWSER, reason="no Chromium is installed")
 def test_the_page_works(tmp_path):
     """Presets, sliders, keys, links and the clock, as a reader would use them."""
     script = Path(__file__).with_name("live_script.js").read_text(encoding="utf-8")
     # pictures come at a fixed pace, whatever the machine does
     pace = "requestAnimationFrame = (f) => setTimeout(() => f(performance.now()), 16);"
-    html = page().replace("<body>", f"<body><script>{pace}</script>")
+    html = pages.written(tmp_path, pages.material(tmp_path, figures=["fig12"]))
+    html = html.replace("<body>", f"<body><script>{pace}</script>")
     path = tmp_path / "live.html"
     path.write_text(html.replace("</body>", f"<script>{script}</script></body>"), encoding="utf-8")
     seen = browser.seen(path.as_uri() + "#live?n=3&u=9&sigma=1&f=0.5&speed=20", tmp_path)
@@ -134,11 +124,3 @@ def test_the_page_works(tmp_path):
     assert "n=7" in seen["link"]
     assert min(seen["small"]) >= 44 and all(seen["names"]) and seen["overflow"] <= 0
     assert all(len(set(pixels)) > 1 for pixels in seen["drawn"])
-
-
-@needs_browser
-def test_the_page_is_accessible_and_fits_a_phone(tmp_path):
-    assert browser.violations(page(), tmp_path) == []
-    for width in (390, 768):
-        shown = browser.widths(page(), tmp_path, width)
-        assert shown["needed"] <= shown["asked"] and not shown["out"]

@@ -44,11 +44,6 @@ def violations(page: str, folder: Path) -> list[dict]:
     return _ask(page.replace("</body>", end), folder)
 
 
-def answer(script: str, folder: Path):
-    """What the function `answer` is given by a script in an empty page."""
-    return _ask(f"<!DOCTYPE html><body><script>{_FUNCTION}{script}</script></body>", folder)
-
-
 _FUNCTION = """
   function answer(found) {
     const place = document.createElement("pre");

@@ -6,9 +6,9 @@ import re
 
 import made_up_results
 from beltrepro.replication.plan import registry
+from beltrepro.replication.report.findings import typeset
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.report.page import render
-from beltrepro.replication.report.sentences import typeset
 from beltrepro.replication.verdicts.criteria import VERDICTS
 
 # The smallest PNG there is: one pixel.
@@ -19,7 +19,8 @@ SETTINGS = {
     "preset": "smoke",
     "seed": 1,
     "model": {"static_friction": 71.4, "friction_ratio": 0.45},
-    "defaults": {"laminar_time": 213.0},
+    "defaults": {"laminar_time": 213.0, "time_step": 0.001},
+    "datasets": {"n5_replicates": {"duration": 40000.0}},
 }
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
 

@@ -1,43 +1,32 @@
 """The tables of claims of a run, as values: two verdicts for each claim, and their numbers."""
 
 import math
-from collections import Counter
-from collections.abc import Iterable
+from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io
-from beltrepro.replication.verdicts import criteria
-from beltrepro.replication.verdicts.criteria import IN_PART, NO, QUESTIONS, YES
-from beltrepro.replication.verdicts.ledger import FINDINGS, KINDS, Claim, load_ledger
+from beltrepro.replication.verdicts.criteria import (
+    ANSWER,
+    IN_PART,
+    NO,
+    QUESTIONS,
+    VERDICTS,
+    YES,
+)
+from beltrepro.replication.verdicts.ledger import Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
 
-TABLES = ("claims.csv", "estimates.csv")
-DECIDED = (YES, IN_PART, NO)
-APART = tuple(kind for kind in KINDS if kind not in FINDINGS)
 
-
-@dataclass(frozen=True)
-class Number:
-    """A measured number of a reading."""
+class Number(NamedTuple):
+    """A measured number; only one that decides has a range and a verdict."""
 
     name: str
     estimate: Estimate
-    decides: tuple[str, ...] = ()  # questions; without any it has no range and no verdict
     allowed: tuple[float, float] = (math.nan, math.nan)
     verdict: str = ""
-    figures: tuple[str, ...] = ()  # names of those that show it
-
-    @property
-    def words(self) -> str:
-        """Value and 95 % interval."""
-        return self.estimate.words
-
-    @property
-    def allowed_words(self) -> str:
-        """The allowed range, empty if there is none."""
-        return criteria.range_in_words(self.allowed) if self.decides else ""
 
 
 @dataclass(frozen=True)
@@ -58,7 +47,7 @@ class Answer:
     @property
     def judged(self) -> list[Number]:
         """The numbers that decide."""
-        return [number for number in self.numbers.values() if number.decides]
+        return [number for number in self.numbers.values() if number.verdict]
 
 
 @dataclass(frozen=True)
@@ -70,7 +59,8 @@ class Result:
     note: str
     dataset: str
     answers: dict[str, Answer] = field(hash=False)  # by question
-    readings: dict[str, dict[str, Number]] = field(hash=False)  # all of them, by name
+    readings: dict[str, dict[str, Estimate]] = field(hash=False)  # their numbers, by name
+    figures: set[str] = field(hash=False)  # names of those that show any of its numbers
 
     @property
     def id(self) -> str:
@@ -82,138 +72,88 @@ class Result:
         """Both verdicts, by question."""
         return {question: answer.verdict for question, answer in self.answers.items()}
 
-    @property
-    def figures(self) -> list[str]:
-        """The figures that show any of its numbers."""
-        numbers = (number for reading in self.readings.values() for number in reading.values())
-        return list(dict.fromkeys(name for number in numbers for name in number.figures))
-
 
 Results = dict[str, Result]
 
 
-@dataclass(frozen=True)
-class Counts:
-    """How many claims have each verdict, by question, and how many are counted apart, by kind."""
-
-    verdicts: dict[str, dict[str, int]]
-    apart: dict[str, int]
-    total: int  # statements of the paper that could come out otherwise
-    testable: int  # those of them with anything that a simulation can be compared with
-
-
-@dataclass(frozen=True)
-class OtherRun:
-    """What another run makes of the claims that it judges by the same criteria as this one."""
-
-    name: str
-    verdicts: dict[str, dict[str, str]]  # by question and claim
-
-    def pairs(self, results: Results, question: str) -> dict[str, tuple[str, str]]:
-        """The verdicts of this run and of the other one, where both decide."""
-        pairs = {
-            name: (results[name].verdicts[question], verdict)
-            for name, verdict in self.verdicts[question].items()
-            if results[name].claim.finding
-        }
-        return {name: pair for name, pair in pairs.items() if {*pair} <= {*DECIDED}}
-
-    def agreement(self, results: Results, question: str) -> tuple[int, int, int]:
-        """How many claims both decide, how many of them alike, and how many yes against no."""
-        pairs = self.pairs(results, question).values()
-        alike = sum(one == other for one, other in pairs)
-        return len(pairs), alike, sum({*pair} == {YES, NO} for pair in pairs)
-
-
-def count(results: Results) -> Counts:
-    """Count the claims of a run by their verdicts."""
-    findings = [result for result in results.values() if result.claim.finding]
-    verdicts = {}
-    for question in QUESTIONS:
-        numbers = Counter(result.verdicts[question] for result in findings)
-        verdicts[question] = {verdict: numbers[verdict] for verdict in criteria.VERDICTS}
-    kinds = Counter(result.claim.kind for result in results.values())
-    testable = sum(result.claim.testable for result in findings)
-    return Counts(verdicts, {kind: kinds[kind] for kind in APART}, len(findings), testable)
-
-
 def read(folder: Path) -> Results:
     """The claims of a run by id, in the order of the ledger."""
-    return read_tables(*(folder / name for name in TABLES))
+    claims, estimates = (
+        io.read_as_text(folder / f"{name}.csv") for name in ("claims", "estimates")
+    )
+    try:
+        numbers = defaultdict(list)
+        for row in estimates:
+            numbers[row["id"]].append(row)
+        return {row["id"]: _result(row, numbers[row["id"]]) for row in claims}
+    except KeyError as error:
+        raise InputError(f"{folder}: made by an earlier version, without {error}") from None
 
 
-def read_tables(claims_csv: Path, estimates_csv: Path) -> Results:
-    """`read` from two files."""
-    ledger = load_ledger()
-    claims, numbers = io.read_as_text(claims_csv), _numbers(estimates_csv)
-    results: Results = {}
-    for row in claims:
-        if row["id"] not in ledger:
-            raise InputError(f"{claims_csv}: claim {row['id']!r} is not in the ledger")
-        if not is_current(row):
-            raise InputError(f"{claims_csv}: made by an earlier version, with one verdict a claim")
-        rows = numbers.get(row["id"], [])
-        readings = {name: {n.name: n for r, n in rows if r == name} for name, _ in rows}
-        answers = {question: _answer(row, question, rows) for question in QUESTIONS}
-        results[row["id"]] = Result(
-            ledger[row["id"]], row["paper"], row["note"], row["dataset"], answers, readings
-        )
-    return results
+def statements(results: Results) -> list[Result]:
+    """Those of the paper that could come out otherwise."""
+    return [result for result in results.values() if result.claim.finding]
 
 
-def is_current(row: dict[str, str]) -> bool:
-    """Whether a row of a table of claims has both verdicts."""
-    return all(question in row for question in QUESTIONS)
+def count(results: Results) -> dict[str, dict[str, int]]:
+    """How many statements have each verdict, by question."""
+    answers = [result.verdicts for result in statements(results)]
+    return {
+        question: {word: sum(answer[question] == word for answer in answers) for word in VERDICTS}
+        for question in QUESTIONS
+    }
 
 
-def compared(results: Results, tables: Iterable[Path]) -> list[OtherRun]:
-    """Other runs, by their tables of claims; those of earlier versions are left out."""
-    runs = []
-    for path in tables:
-        if (rows := io.read_as_text(path)) and is_current(rows[0]):
-            verdicts = {question: _same(results, rows, question) for question in QUESTIONS}
-            runs.append(OtherRun(path.parent.name, verdicts))
-    return runs
+class OtherRun(NamedTuple):
+    """Another run beside this one: statements that both decide, by the same criterion."""
+
+    name: str
+    # by question: how many both decide, how many of them alike, and how many yes against no
+    agreement: dict[str, tuple[int, int, int]]
+    differing: list[tuple[str, str, str, str]]  # statement, question, verdicts of this and of that
 
 
-def _same(results: Results, rows: list[dict[str, str]], question: str) -> dict[str, str]:
-    """Verdicts by criteria and readings that are those of this run."""
-    verdicts = {}
-    for row in rows:
-        if row["id"] in results:
-            answer = results[row["id"]].answers[question]
-            criterion = row[f"{question}_criterion"], row[f"{question}_reading"]
-            if criterion == (answer.criterion, answer.reading):
-                verdicts[row["id"]] = row[question]
-    return verdicts
+def compare(results: Results, claims_csv: Path) -> OtherRun:
+    """Compare with the table of claims of another run."""
+    other = OtherRun(claims_csv.parent.name, {}, [])
+    rows = io.read_as_text(claims_csv)
+    for question in QUESTIONS:
+        key = ("id", f"{question}_criterion", f"{question}_reading")
+        # tables of earlier versions lack these columns: nothing in them is compared
+        theirs = {tuple(map(row.get, key)): row.get(question) for row in rows}
+        pairs = []
+        for result in statements(results):
+            answer = result.answers[question]
+            pair = answer.verdict, theirs.get((result.id, answer.criterion, answer.reading))
+            if {*pair} <= {YES, IN_PART, NO}:
+                pairs.append(pair)
+                if pair[0] != pair[1]:
+                    other.differing.append((result.id, question, *pair))
+        opposed = sum({*pair} == {YES, NO} for pair in pairs)
+        alike = sum(ours == their for ours, their in pairs)
+        other.agreement[question] = len(pairs), alike, opposed
+    return other
 
 
-def _answer(row: dict[str, str], question: str, rows: list[tuple[str, Number]]) -> Answer:
-    texts = [row[f"{question}{end}"] for end in criteria.ANSWER]
-    reading = row[f"{question}_reading"]
-    numbers: dict[str, Number] = {}
-    for name, number in rows:
-        if name == reading and (question in number.decides or number.name not in numbers):
-            only = number if question in number.decides else Number(number.name, number.estimate)
-            numbers[number.name] = only
-    return Answer(*texts, numbers=numbers)
-
-
-def _numbers(path: Path) -> dict[str, list[tuple[str, Number]]]:
-    """Readings and numbers by claim; one that both questions judge otherwise is there twice."""
-    numbers: dict[str, list[tuple[str, Number]]] = {}
-    for row in io.read_as_text(path):
-        if "reading" not in row:
-            raise InputError(f"{path}: made by an earlier version, with one verdict a claim")
-        value, low, high, *allowed = (
-            float(row[name] or "nan")
-            for name in ("value", "low", "high", "allowed_low", "allowed_high")
-        )
-        runs = int(float(row["runs"])) if row["runs"] else None
-        decides, figures = (
-            tuple(filter(None, row[name].split(", "))) for name in ("decides", "figures")
-        )
-        estimate = Estimate(value, low, high, runs)
-        number = Number(row["name"], estimate, decides, tuple(allowed), row["verdict"], figures)
-        numbers.setdefault(row["id"], []).append((row["reading"], number))
-    return numbers
+def _result(row: dict[str, str], numbers: list[dict[str, str]]) -> Result:
+    """A row of claims.csv, with its rows of estimates.csv."""
+    readings: dict[str, dict[str, Estimate]] = defaultdict(dict)
+    for number in numbers:
+        cells = (number[name] for name in ("value", "low", "high", "runs"))
+        *ends, runs = (float(cell or "nan") for cell in cells)
+        estimate = Estimate(*ends, None if math.isnan(runs) else int(runs))
+        readings[number["reading"]][number["name"]] = estimate
+    answers = {}
+    for question in QUESTIONS:
+        answer = Answer(*(row[f"{question}{end}"] for end in ANSWER), numbers={})
+        for name, estimate in readings.get(answer.reading, {}).items():
+            answer.numbers[name] = Number(name, estimate)
+        for number in numbers:
+            if number["reading"] == answer.reading and question in number["decides"].split(", "):
+                name, allowed = number["name"], (number["allowed_low"], number["allowed_high"])
+                estimate, (low, high) = answer.numbers[name].estimate, map(float, allowed)
+                answer.numbers[name] = Number(name, estimate, (low, high), number["verdict"])
+        answers[question] = answer
+    figures = {name for number in numbers for name in number["figures"].split(", ") if name}
+    about = (row[name] for name in ("paper", "note", "dataset"))
+    return Result(load_ledger()[row["id"]], *about, answers, readings, figures)

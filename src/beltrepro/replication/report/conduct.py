@@ -4,11 +4,9 @@ import os
 
 import pandas as pd
 
-from beltrepro.replication.report.material import Material, distinct
-from beltrepro.replication.report.trust import PAPER_DURATION, PAPER_TRANSIENT, length
-from beltrepro.replication.verdicts.ledger import read_yaml
+from beltrepro.replication.report.material import WORDS, Material
 
-WORDS = read_yaml("beltrepro.replication.report", "page.yaml")
+PAPER_LENGTHS = ("2e6", "1e6")  # of runs, and of the part that is discarded
 
 
 def deviations(material: Material) -> dict:
@@ -18,18 +16,14 @@ def deviations(material: Material) -> dict:
 
 def deviations_of_run(datasets: list[dict]) -> list[dict]:
     """Lengths other than the paper's, and the datasets by the other integrator."""
-    by_lengths: dict[tuple[str, str], list[str]] = {}
-    for dataset in datasets:
-        if dataset["kind"] == "scan":
-            lengths = dataset["duration"], dataset["transient"]
-            by_lengths.setdefault(lengths, []).append(dataset["name"])
-    by_lengths.pop((length(PAPER_DURATION), length(PAPER_TRANSIENT)), None)
     texts = WORDS["deviations_of_run"]
+    scans = [dataset for dataset in datasets if dataset["kind"] == "scan"]
+    table = pd.DataFrame(scans, columns=["name", "duration", "transient"])
     rows = [
         texts["length"]
-        | {"ours": f"t = {duration}, of which {transient} discarded"}
-        | {"where": ", ".join(distinct(names))}
-        for (duration, transient), names in sorted(by_lengths.items())
+        | {"ours": f"t = {duration}, of which {transient} discarded", "where": ", ".join(names)}
+        for (duration, transient), names in table.groupby(["duration", "transient"])["name"]
+        if (duration, transient) != PAPER_LENGTHS
     ]
     by_events = [dataset["name"] for dataset in datasets if "event" in dataset["method"]]
     return rows + ([texts["integrator"] | {"where": ", ".join(by_events)}] if by_events else [])
@@ -57,10 +51,8 @@ def times(material: Material) -> dict:
 def environment(material: Material) -> dict:
     """Code, libraries, machines and constants: several values where datasets differ."""
     names = ("code_version", "processor", "libraries", "seed", "time_step")
-    values = {
-        name: "; ".join(distinct(dataset[name] for dataset in material.datasets)) for name in names
-    }
-    return values | {
+    values = {name: dict.fromkeys(str(one[name]) for one in material.datasets) for name in names}
+    return {name: "; ".join(filter(None, texts)) for name, texts in values.items()} | {
         "cores": os.cpu_count(),
         "preset": material.preset,
         "constants": material.settings["model"],

@@ -1,26 +1,33 @@
-"""What was found, in a few sentences that people wrote, each watched by its conditions."""
+"""What was found, in a few sentences that people wrote, each watched by its conditions.
+
+A place like `{u-critical: critical}` is a number of a claim, of the reading that `replicated`
+judges; `{robust u-critical: critical}` is that of `robust`. Before it may stand `value`, `percent`
+or `count`, as in the ledger.
+"""
 
 import functools
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from typing import Any
+import math
+import re
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.report.claim_results import Result, Results
-from beltrepro.replication.report.sentences import filled, number_at, place_of, typeset
-from beltrepro.replication.verdicts.criteria import NO, YES, bounds, range_in_words
-from beltrepro.replication.verdicts.ledger import printed, read_yaml
+from beltrepro.replication.verdicts import criteria
+from beltrepro.replication.verdicts.ledger import read_yaml
+from beltrepro.stats.estimates import Estimate, absent
+
+_ROBUST = "robust "
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """A finding and what a run makes of it."""
 
     topic: str  # title that says nothing of the outcome
-    text: str  # with the numbers of the run; as it was written if the run lacks one
+    text: str  # with the numbers of the run
     figure: str  # name of the picture that shows it
-    unmet: tuple[str, ...]  # conditions that this run does not meet
-    results: tuple[Result, ...]  # the claims on which it rests
+    unmet: list[str]  # conditions that this run does not meet
+    results: list[Result]  # the claims on which it rests
 
 
 @functools.cache
@@ -31,7 +38,7 @@ def words() -> dict[str, list[dict[str, Any]]]:
 
 def findings_of(results: Results) -> list[Finding]:
     """All findings, whether they hold in this run or not."""
-    return [_finding(**entry, results=results) for entry in words()["findings"]]
+    return [_finding(results, **entry) for entry in words()["findings"]]
 
 
 def check(results: Results) -> None:
@@ -47,51 +54,50 @@ def check(results: Results) -> None:
 def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]]:
     """What a number is, what the paper prints, and what each question gives where they differ."""
     for entry in words()["numbers"]:
-        _, claim, name = place_of(entry["place"])
-        replicated = number_at(entry["place"], results)
-        robust = number_at(f"robust {entry['place']}", results)
-        if replicated and robust and replicated.words == robust.words:
-            robust = None
-        paper = printed(claim)
-        paper = entry.get("printed") or f"{paper[name] if isinstance(paper, dict) else paper:g}"
-        measured = (number.words if number else "" for number in (replicated, robust))
-        yield tuple(map(typeset, (entry["what"], paper, *measured)))
+        claim, name = entry["place"].split(": ")
+        paper = results[claim].claim.paper
+        printed = entry.get("printed") or f"{paper[name] if isinstance(paper, dict) else paper:g}"
+        replicated, robust = (
+            number_at(f"{prefix}{entry['place']}", results).words for prefix in ("", _ROBUST)
+        )
+        cells = entry["what"], printed, replicated, "" if robust == replicated else robust
+        yield tuple(map(typeset, cells))
+
+
+def filled(template: str, results: Results) -> str:
+    """A sentence with its numbers."""
+    numbers = {place: number_at(place, results) for place in criteria.names_in(template)}
+    return typeset(criteria.sentence(template, numbers))
+
+
+def number_at(place: str, results: Results) -> Estimate:
+    """The number of a place; an absent one where the run has none."""
+    claim, _, name = place.removeprefix(_ROBUST).partition(": ")
+    question = criteria.QUESTIONS[place.startswith(_ROBUST)]
+    numbers = results[claim].answers[question].numbers
+    return numbers[name].estimate if name in numbers else absent()
+
+
+def typeset(text: str) -> str:
+    """Signs of negative numbers and exponents as minus signs."""
+    return re.sub(r"(?<![\w.)])-(?=[\d.])|(?<=\de)-(?=\d)", "\u2212", text)
 
 
 def _finding(
     results: Results, topic: str, text: str, figure: str, verdicts: dict, numbers: dict
 ) -> Finding:
-    sentence = filled(text, results)
-    unmet = [] if sentence else ["a number in it was not found"]
-    wanted = [
-        (claim, question, word_of(word))
-        for claim, words_of_claim in verdicts.items()
-        for question, word in words_of_claim.items()
+    unmet = [
+        f"{claim} is {results[claim].verdicts[question]} as {question}, not {verdict}"
+        for claim, wanted in verdicts.items()
+        for question, verdict in wanted.items()
+        if results[claim].verdicts[question] != verdict
     ]
-    unmet += missed(results, wanted, numbers.items())
-    claims = dict.fromkeys([*verdicts, *(place_of(place)[1] for place in numbers)])
-    rests_on = tuple(results[name] for name in claims if name in results)
-    return Finding(topic, sentence or text, figure, tuple(unmet), rests_on)
-
-
-def missed(
-    results: Results, verdicts: Iterable[tuple[str, str, str]], ranges: Iterable[tuple[str, Any]]
-) -> Iterator[str]:
-    """In words, each verdict that is another one, and each number whose interval leaves its range.
-
-    verdicts : claim, question and the verdict wanted; ranges : place of the number and its range.
-    """
-    for claim, question, wanted in verdicts:
-        verdict = results[claim].verdicts[question] if claim in results else "missing"
-        if verdict != wanted:
-            yield f"{claim} is {verdict} as {question}, not {wanted}"
-    for place, allowed in ranges:
-        number, (low, high) = number_at(place, results), bounds(allowed)
-        if not (number and low <= number.estimate.low <= number.estimate.high <= high):
-            measured = number.words if number else "not found"
-            yield f"{place} is {measured}, not {range_in_words(allowed)}"
-
-
-def word_of(verdict: str | bool) -> str:
-    """A verdict of the file, where YAML takes a bare yes or no for a truth value."""
-    return {True: YES, False: NO}.get(verdict, verdict)
+    if any(math.isnan(number_at(place, results).value) for place in criteria.names_in(text)):
+        unmet.insert(0, "a number in it was not found")
+    for place, allowed in numbers.items():
+        estimate, (low, high) = number_at(place, results), criteria.bounds(allowed)
+        if not low <= estimate.low <= estimate.high <= high:
+            unmet.append(f"{place} is {estimate.words}, not {criteria.range_in_words(allowed)}")
+    places = [place.removeprefix(_ROBUST).partition(": ")[0] for place in numbers]
+    rests_on = [results[claim] for claim in dict.fromkeys([*verdicts, *places])]
+    return Finding(topic, filled(text, results), figure, unmet, rests_on)

@@ -1,49 +1,69 @@
 """Sections on what was judged: first screen, claims, dates of their criteria, and other runs."""
 
-from beltrepro.replication.report import trust
-from beltrepro.replication.report.claim_results import Result, count
-from beltrepro.replication.report.findings import findings_of
-from beltrepro.replication.report.material import Material
-from beltrepro.replication.verdicts.criteria import QUESTIONS
-from beltrepro.replication.verdicts.ledger import SEEN, read_yaml
+import statistics
+from collections import Counter
 
-TABLES = ("claims", "estimates")  # files that these sections need
-WORDS = read_yaml("beltrepro.replication.report", "page.yaml")
+from beltrepro.replication.report.claim_results import Result, Results, count, statements
+from beltrepro.replication.report.findings import findings_of
+from beltrepro.replication.report.material import WORDS, Material
+from beltrepro.replication.verdicts.ledger import SEEN
+
+DECIDING = "n5_replicates"  # the dataset that most claims rest on
 
 
 def summary(material: Material) -> dict:
     """What was run in numbers, findings, claims counted by both verdicts, and trust."""
     results = material.claims
+    answers = [answer for one in statements(results) for answer in one.answers.values()]
+    runs = [number.estimate.runs for answer in answers for number in answer.judged]
+    runs = [number for number in runs if number is not None]
+    pictures = material.pictures
     return {
         "preset": material.preset,
-        "datasets": len(material.datasets),
-        "pictures": sum(bool(picture["number"]) for picture in material.pictures),
+        "datasets": len(material.files.get("datasets", [])),
+        "numbered": sum(bool(picture["number"]) for picture in pictures),
         "findings": findings_of(results),
-        "drawn": set(material.images),
-        "first": [one for one in material.pictures if one["name"] in WORDS["first"]],
+        "drawn": {picture["name"] for picture in pictures},
+        "first": [picture for picture in pictures if picture["name"] in WORDS["first"]],
         "counts": count(results),
-        "trust": [*trust.trust(results, material.settings, material.others), trust.dates(results)],
+        "statements": len(statements(results)),
+        "kinds": Counter(result.claim.kind for result in results.values()),
+        "duration": float(material.settings["datasets"][DECIDING]["duration"]),
+        "runs": runs and (statistics.median_low(runs), min(runs), max(runs)),
+        "others": material.others,
+        "seen": seen(results),
     }
 
 
 def cards(material: Material) -> dict:
     """Claims by group, those that are counted apart last, with their pictures; counts."""
-    titles = WORDS["groups"]
-    groups: dict[str, list] = {title: [] for title in titles.values()}
+    groups: dict[str, list] = {title: [] for title in WORDS["groups"].values()}
     for result in material.claims.values():
         claim = result.claim
-        group = titles[claim.section if claim.finding else claim.kind]
+        group = WORDS["groups"][claim.section if claim.finding else claim.kind]
         groups[group].append(_card(result, material.pictures))
     return {
         "groups": {title: group for title, group in groups.items() if group},
         "counts": count(material.claims),
+        "claims": len(material.claims),
     }
 
 
 def dates(material: Material) -> dict:
     """How many criteria are from after which runs, and those from after the published one."""
-    after = trust.dated(material.claims, SEEN[-1])
-    return {"sentence": trust.dates(material.claims), "seen": SEEN[-1], "after": after}
+    changes = [
+        (result.id, change)
+        for result in statements(material.claims)
+        for change in result.claim.history
+        if result.claim.testable and change.seen == SEEN[-1]
+    ]
+    return {"seen": seen(material.claims), "changes": changes}
+
+
+def seen(results: Results) -> list[int]:
+    """How many criteria were written or changed after what had been seen, as in `SEEN`."""
+    last = [one.claim.seen for one in statements(results) if one.claim.testable]
+    return [last.count(name) for name in SEEN]
 
 
 def open_points(material: Material) -> dict:
@@ -54,29 +74,13 @@ def open_points(material: Material) -> dict:
 
 def presets(material: Material) -> dict:
     """How far other runs agree with this one, and the claims that both decide differently."""
-    results = material.claims
-    return {
-        "preset": material.preset,
-        "others": [
-            {
-                "name": other.name,
-                "agreement": {q: other.agreement(results, q) for q in QUESTIONS},
-                "differing": [
-                    (name, question, *pair)
-                    for question in QUESTIONS
-                    for name, pair in other.pairs(results, question).items()
-                    if pair[0] != pair[1]
-                ],
-            }
-            for other in material.others
-        ],
-    }
+    return {"preset": material.preset, "others": material.others}
 
 
 def _card(result: Result, pictures: list[dict]) -> dict:
     """The result, the figure of its number, and other pictures that show a number of it."""
-    number = "" if result.claim.figure is None else str(result.claim.figure)
+    number = str(result.claim.figure or "")
     figure = next((picture for picture in pictures if number and picture["number"] == number), None)
     shown = [picture for picture in pictures if picture["name"] in result.figures]
-    others = [picture for picture in shown if picture is not figure]
-    return {"result": result, "number": number, "figure": figure, "shown": others}
+    besides = [picture for picture in shown if picture is not figure]
+    return {"result": result, "number": number, "figure": figure, "shown": besides}

@@ -1,4 +1,4 @@
-"""What a run left for the page and the article: files by name, and what several sections read."""
+"""What a run left for the page: files by name, and what several sections read."""
 
 import base64
 import functools
@@ -12,9 +12,11 @@ import numpy as np
 from beltrepro.base import store
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report.claim_results import OtherRun, Results, compared, read_tables
-from beltrepro.replication.report.trust import length
+from beltrepro.replication.report.claim_results import OtherRun, Results, compare, read
 from beltrepro.replication.verdicts.ledger import read_yaml
+
+ROOM = "beltrepro.replication.report"
+WORDS = read_yaml(ROOM, "page.yaml")
 
 
 @dataclass(frozen=True)
@@ -27,94 +29,68 @@ class Material:
     benchmarks: Path = Path("none")
 
     def has(self, names: Iterable[str]) -> bool:
-        """Whether there is at least one file of each name, or a dataset of that name."""
-        return all(self._files(name) for name in names)
-
-    def file(self, name: str) -> Path:
-        """The one file of this name, or that of the dataset of this name."""
-        (path,) = self._files(name)
-        return path
-
-    def _files(self, name: str) -> list[Path]:
-        datasets = self.files.get("datasets", [])
-        return self.files.get(name) or [path for path in datasets if path.stem == name]
+        """Whether there is a file of each name."""
+        return all(self.files.get(name) for name in names)
 
     @functools.cached_property
     def claims(self) -> Results:
         """The claims of the run by id."""
-        return read_tables(self.file("claims"), self.file("estimates"))
+        return read(self.files["claims"][0].parent)
 
     @functools.cached_property
     def others(self) -> list[OtherRun]:
-        """Verdicts of other runs."""
-        return compared(self.claims, self.files.get("compared", []))
+        """Verdicts of other runs beside those of this one."""
+        return [compare(self.claims, path) for path in self.files.get("compared", [])]
 
     @functools.cached_property
     def datasets(self) -> list[dict]:
-        """What was simulated: one dict of plain values per dataset."""
+        """What was simulated: plain values of each dataset."""
         return [_describe(store.read(path)) for path in self.files.get("datasets", [])]
 
     @functools.cached_property
-    def images(self) -> dict[str, Path]:
-        """Files of the figures by name, in the order of the registry."""
-        drawn = {path.stem: path for path in self.files.get("figures", [])}
-        return {name: drawn[name] for name in registry.figures() if name in drawn}
-
-    @functools.cached_property
     def pictures(self) -> list[dict]:
-        """The figures that were drawn, with their words and claims, as templates show them."""
+        """The figures that were drawn, with their words and claims, in their order."""
+        captions = read_yaml(ROOM, "captions.yaml")
+        drawn = {path.stem: path for path in self.files.get("figures", [])}
+        numbered = [(str(result.claim.figure), result) for result in self.claims.values()]
         return [
-            _picture(name, registry.figures()[name], path, self.claims)
-            for name, path in self.images.items()
+            vars(entry)
+            | {
+                "name": name,
+                "heading": f"Figure {entry.number}. {entry.title}" if entry.number else entry.title,
+                "printed": captions.get(entry.number, ""),
+                "image": base64.b64encode(drawn[name].read_bytes()).decode(),
+                "claims": [result for number, result in numbered if number == entry.number],
+            }
+            for name, entry in registry.figures().items()
+            if name in drawn
         ]
 
 
-@functools.cache
-def captions() -> dict[str, str]:
-    """What the captions of the paper say, in our words, by number of the figure."""
-    return read_yaml("beltrepro.replication.report", "captions.yaml")
-
-
-def distinct(values: Iterable[object]) -> list[str]:
-    """The different values as text, in order, without empty ones."""
-    return list(dict.fromkeys(str(value) for value in values if value not in ("", None)))
-
-
-def _picture(name: str, entry: registry.Figure, path: Path, claims: Results) -> dict:
-    shown = [result for result in claims.values() if entry.number == str(result.claim.figure)]
-    return {
-        "name": name,
-        "number": entry.number,
-        "category": entry.category,
-        "heading": f"Figure {entry.number}. {entry.title}" if entry.number else entry.title,
-        "words": entry.words,
-        "printed": captions().get(entry.number, ""),
-        "alt": entry.alt,
-        "image": base64.b64encode(path.read_bytes()).decode(),
-        "claims": shown,
-        "uses": list(entry.uses),
-    }
+def length(value: float) -> str:
+    """A duration as short text: 40000, 2e6."""
+    return f"{value:.3g}".replace("e+0", "e").replace("e+", "e") if value >= 1e6 else f"{value:g}"
 
 
 def _describe(dataset: Dataset) -> dict:
     attributes, arrays = dataset.attributes, dataset.arrays
-    residual = arrays.get("energy_residual")
-    libraries = json.loads(attributes.get("library_versions", "{}"))
     count = len(arrays["n_blocks"])
-    grids = ("n_blocks", "belt_velocity", "noise", "time_step", "seed")
     tables = {"slips": "slips", "avalanches": "avalanches", "section": "section points"}
     tables |= {"time": "samples", "events": "events"}
     contents = [f"{len(arrays[key])} {words}" for key, words in tables.items() if key in arrays]
+    libraries = json.loads(attributes.get("library_versions", "{}"))
+    grids = ("n_blocks", "belt_velocity", "noise", "time_step", "seed")
+    residual = arrays.get("energy_residual")
     return {name: _grid(arrays[name]) for name in grids} | {
         "name": attributes["dataset"],
         "kind": attributes["kind"],
-        "method": str(attributes["method"]),
+        "method": attributes["method"],
         "duration": length(attributes["duration"]),
         "transient": length(attributes.get("transient", 0.0)),
         "size": ", ".join([f"{count} point{'s' * (count != 1)}", *contents]),
         "energy_residual": "" if residual is None else f"{np.nanmax(np.abs(residual)):.1e}",
-        "code_version": str(attributes["code_version"]),
-        "processor": str(attributes.get("processor", "")),
+        "code_version": attributes["code_version"],
+        "processor": attributes.get("processor", ""),
         "libraries": ", ".join(f"{name} {number}" for name, number in libraries.items()),
     }
 

@@ -1,50 +1,73 @@
 """The page: its template, and in it one section after the other."""
 
+import functools
+import re
+from collections.abc import Callable
+from datetime import timedelta
 from importlib import resources
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup
 
 from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
-from beltrepro.replication.report.contents import MOTION, SECTIONS, SUMMARY, PageSection
-from beltrepro.replication.report.material import Material
-from beltrepro.replication.report.sentences import as_sentence, typeset
+from beltrepro.model import ChainParameters
+from beltrepro.model.spring import SECTION_POSITION
+from beltrepro.model.units import TIME_S
+from beltrepro.replication.plan import io, registry
+from beltrepro.replication.report import conduct, judged
+from beltrepro.replication.report.findings import typeset
+from beltrepro.replication.report.material import ROOM, Material, length
+from beltrepro.replication.studies.chaos import words as chaos
+from beltrepro.replication.studies.experiment import words as experiment
+from beltrepro.replication.studies.integrators import words as integrators
 from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS, range_in_words
+from beltrepro.replication.verdicts.ledger import read_yaml
 
-STYLES = ("report.css", *MOTION.styles)
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
-_ROOM = "beltrepro.replication.report"
+_STYLES = ("report.css", "live/live.css")
+_COMPARED = registry.CATEGORIES[1]
+_CHAIN = ChainParameters(5, 17.0)  # the paper's; its velocity plays no part
+_LAW = ("rest_length", "linear_limit", "compression_rate", "extension_rate", "static_friction")
+_BLOCK = 28.6  # length of a block, 4 cm
+
+
+class PageSection(NamedTuple):
+    """A section: its template in `templates/`, its anchor too, and what gathers values for it."""
+
+    template: str
+    title: str
+    gather: Callable[[Material], dict[str, Any]]
+    needs: tuple[str, ...] = ()  # names of the files without which it is left out
+    folded: bool = False  # whether the reader has to open it, as those who check do
+    pictures: tuple[str, ...] = ()  # that it shows in place of the section on figures
 
 
 def render(output: Path, material: Material) -> None:
     """Write the report of one run as one HTML file; a section whose files lack is left out."""
     shown = [section for section in SECTIONS if material.has(section.needs)]
-    parts = [(section, _body(section, material)) for section in shown]
-    about = {"preset": material.preset, "summary": _body(SUMMARY, material), "parts": parts}
-    template = _environment().get_template("templates/page.html.j2")
-    html = template.render(about, style="".join(map(_style, STYLES)))
+    html = _template("page").render(
+        preset=material.preset,
+        style="".join(resources.files(ROOM).joinpath(name).read_text("utf-8") for name in _STYLES),
+        motion=_body(MOTION, material),
+        summary=_body(SUMMARY, material),
+        parts=[(section, _body(section, material)) for section in shown],
+    )
     with replacing(output) as unfinished:
         unfinished.write_text(html, encoding="utf-8")
         seal.put(unfinished)
 
 
-def part(section: PageSection, material: Material) -> str:
-    """One section of the report as HTML, with its own style but not that of the page."""
-    styles = [f"<style>{_style(name)}</style>" for name in section.styles]
-    return "".join([*styles, _body(section, material)])
-
-
 def _body(section: PageSection, material: Material) -> Markup:
-    """The section as HTML: its own template with what it gathers."""
-    template = _environment().get_template(f"templates/{section.template}.html.j2")
-    return Markup(template.render(section.gather(material)))
+    return Markup(_template(section.template).render(section.gather(material)))
 
 
-def _environment() -> jinja2.Environment:
+@functools.cache
+def _template(name: str) -> jinja2.Template:
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader(_ROOM, "."),
+        loader=jinja2.PackageLoader(ROOM, "."),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -56,16 +79,19 @@ def _environment() -> jinja2.Environment:
         "symbol": SYMBOLS.__getitem__,
         "minus": typeset,
         "range": range_in_words,
-        "sentence": as_sentence,
+        "in_short": length,
+        "sentence": _sentence,
         "lower_first": lambda text: text[:1].lower() + text[1:],
-        "time": _time,
+        "time": lambda seconds: timedelta(seconds=round(seconds)),
         "number": _number,
     }
-    return environment
+    return environment.get_template(f"templates/{name}.html.j2")
 
 
-def _style(name: str) -> str:
-    return resources.files(_ROOM).joinpath(name).read_text(encoding="utf-8")
+def _sentence(text: str) -> str:
+    """With a full stop, and a capital for words, not for symbols."""
+    begin = text[0].upper() if re.match(r"[a-z]{3}", text) else text[:1]
+    return begin + text[1:] + ("" if text.endswith((".", "?", "!", ".”")) or not text else ".")
 
 
 def _number(value: float, form: str = ".3g") -> str:
@@ -73,11 +99,77 @@ def _number(value: float, form: str = ".3g") -> str:
     return "" if value != value else f"{value:{form}}"
 
 
-def _time(seconds: float) -> str:
-    """Seconds as 12.3 s, 4 min 05 s or 2 h 03 min."""
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    if minutes < 60:
-        return f"{minutes} min {rest:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"
+# --- the sections -----------------------------------------------------------------------------
+
+
+def live_chain(_: Material) -> dict[str, Any]:
+    """Controls, constants and beginnings of the chain that moves in the page itself."""
+    choices = read_yaml(ROOM, "live/presets.yaml")
+    for preset in choices["presets"]:
+        preset["settings"]["f"] = _CHAIN.friction_ratio
+    law = {name: getattr(_CHAIN, name) for name in _LAW} | {"section": SECTION_POSITION}
+    law["section_chain"] = {"blocks": _CHAIN.n_blocks, "ratio": _CHAIN.friction_ratio}
+    settings = {"law": law, "second": TIME_S, "block": _BLOCK, "presets": choices["presets"]}
+    return choices | {"second": f"{TIME_S:.4f}", "settings": settings}
+
+
+def _figures(material: Material) -> dict[str, Any]:
+    """The pictures that no section of a study shows."""
+    shown = [section.pictures for section in SECTIONS if material.has(section.needs)]
+    pictures = [one for one in material.pictures if one["name"] not in sum(shown, ())]
+    return {
+        "figures": [picture for picture in pictures if picture["number"]],
+        "studies": [picture for picture in pictures if not picture["number"]],
+        "filmed": material.has(RECORDINGS.needs),
+    }
+
+
+def _study(template, title, describe, tables, pictures=()) -> PageSection:
+    """A study in its own words, from its tables, with its pictures."""
+
+    def gather(material: Material) -> dict[str, Any]:
+        read = {name: io.read_table(material.files[name][0]) for name in tables}
+        shown = [picture for picture in material.pictures if picture["name"] in pictures]
+        return describe(read, material.settings) | {"figures": shown}
+
+    return PageSection(template, title, gather, tables, pictures=pictures)
+
+
+MOTION = PageSection("motion", "The chain, live", live_chain)
+SUMMARY = PageSection("summary", "What was found", judged.summary)
+RECORDINGS = _study(
+    "experiment", "The virtual experiment", experiment.of_recordings, ("recordings",)
+)
+SECTIONS = (
+    PageSection("figures", "Figures", _figures, ("figures",)),
+    PageSection("claims", "Claims", judged.cards),
+    _study(
+        "chaos",
+        "Is the motion chaotic?",
+        chaos.describe,
+        chaos.TOLD_BY,
+        ("motion_map", "survival"),
+    ),
+    _study(
+        "trials",
+        "What the model says about the experiment",
+        experiment.of_trials,
+        experiment.TRIALS_TOLD_BY,
+        ("experiment_noise",),
+    ),
+    RECORDINGS,
+    _study(
+        "integrators",
+        "Integrators compared",
+        integrators.describe,
+        integrators.TOLD_BY,
+        tuple(name for name, entry in registry.figures().items() if entry.category == _COMPARED),
+    ),
+    PageSection("dates", "When it was judged", judged.dates, folded=True),
+    PageSection("open_points", "What the paper leaves open", judged.open_points, folded=True),
+    PageSection("presets", "Other presets", judged.presets, ("compared",), folded=True),
+    PageSection("deviations", "Deviations from the paper", conduct.deviations, folded=True),
+    PageSection("runs", "What was run", conduct.runs, folded=True),
+    PageSection("times", "Time per rule", conduct.times, folded=True),
+    PageSection("environment", "Environment", conduct.environment, folded=True),
+)
