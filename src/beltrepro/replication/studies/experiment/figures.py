@@ -10,7 +10,14 @@ from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangl
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.model.units import to_si
-from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
+from beltrepro.replication.camera.recording import (
+    LARGE,
+    LASTING_S,
+    LONGEST_GAP,
+    SMALL,
+    WHOLE,
+    analyse,
+)
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.track import white
 from beltrepro.replication.drawing import panels, style
@@ -66,7 +73,7 @@ def draw_trace(axes, recording):
     """
     time, position = recording.time_s.copy(), 100 * recording.x_m
     # A line across a gap would show what was not seen.
-    gaps = np.flatnonzero(np.diff(time) > 3 * recording.interval_s) + 1
+    gaps = np.flatnonzero(np.diff(time) > LONGEST_GAP * recording.interval_s) + 1
     panels.trace(axes, np.insert(time, gaps, np.nan), np.insert(position, gaps, np.nan), ylabel="")
     axes.set(xlabel="$t$ (s)", ylabel="$x_N$ (cm)", xlim=(time[0], time[-1]))
     for begin, end in recording.small_s:
@@ -177,10 +184,9 @@ def say_longest_slip(axes, run):
 
 def _draw_multiples(axes, recording, spectrum):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
-    values = recording.evenly(spectrum.begin_s, spectrum.end_s)
     with panels.shortage_on(axes, place=(0.3, 0.85)):
         seen = BAND_HZ[0], HIGHEST_HZ
-        peaks = lines(values, recording.interval_s, band_hz=seen).peaks_hz
+        peaks = lines(spectrum.x_m, recording.interval_s, band_hz=seen).peaks_hz
         peaks_listed = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
         words = textwrap.wrap(peaks_listed, _LETTERS)
         peaks = peaks[peaks <= BAND_HZ[1]]  # those that are judged
