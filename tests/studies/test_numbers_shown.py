@@ -13,7 +13,7 @@ from matplotlib.text import Text
 import figure_data as made
 import made_up
 from beltrepro.base.store import Dataset
-from beltrepro.replication.drawing import marks
+from beltrepro.replication.drawing import panels
 from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.noise import claims as noise
 from beltrepro.replication.verdicts import evidence
@@ -62,6 +62,14 @@ def estimates_of(key, data):
     return measurement.judged | measurement.also
 
 
+def marked(figure):
+    """Artists of a figure that show estimates: artist, key of `Figure.shows`, names."""
+    for artist in figure.findobj():
+        key, *names = (artist.get_gid() or "").split(panels.SEPARATOR)
+        if names:
+            yield artist, key, names
+
+
 def positions(artist):
     """Numbers that an artist shows, in every way they could be read, with their precision."""
     if isinstance(artist, Text):
@@ -98,7 +106,7 @@ def test_what_a_figure_shows_is_what_the_claims_say(name):
     data = data_for(name)
     figure = made.draw(name, {used: data[used] for used in SHOWING[name].uses})
     drawn = {}
-    for artist, key, names in marks.marked(figure):
+    for artist, key, names in marked(figure):
         numbers = estimates_of(key, data)
         values = [numbers[one].value for one in names]
         assert np.isfinite(values).all() and shows(artist, values), (key, names, values)
@@ -114,7 +122,7 @@ def test_what_a_figure_shows_is_what_the_claims_say(name):
 
 def test_a_wrong_number_is_noticed():
     figure = made.draw("fig12", data_for("fig12"))
-    for artist, key, names in marks.marked(figure):
+    for artist, key, names in marked(figure):
         values = [estimates_of(key, data_for("fig12"))[name].value for name in names]
         assert shows(artist, values)
         for index in range(len(values)):

@@ -10,8 +10,8 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.report import conduct, judged, live_chain
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.studies.chaos import words as chaos
-from beltrepro.replication.studies.experiment import words as experiment
-from beltrepro.replication.studies.integrators import words as integrators
+from beltrepro.replication.studies.experiment import measure as experiment
+from beltrepro.replication.studies.integrators import measure as integrators
 
 COMPARED = registry.CATEGORIES[1]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from beltrepro.replication.drawing import marks, panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
@@ -76,7 +76,7 @@ def _law(axes, series):
         panels.power_law(axes, law, label=label, **look)
     axes.set_ylim(bottom=axes.get_ylim()[0] / _ROOM)
     first, *_ = axes.legend(loc="lower left").get_texts()
-    marks.shown(first, "spectrum-exponent", "exponent")
+    panels.shows(first, "spectrum-exponent", "exponent")
 
 
 # --- Fig. 9: sizes and energies of avalanches -----------------------------------------------------
@@ -140,7 +140,7 @@ def _finish(axes, xlabel, ylabel, claim):
         axes.set_ylim(low, high * (high / low) ** 0.25)
         for text in axes.legend(loc="upper right").get_texts():
             if "alpha" in text.get_text():
-                marks.shown(text, claim, "exponent")
+                panels.shows(text, claim, "exponent")
 
 
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
@@ -246,4 +246,4 @@ def _cutoffs(axes, samples):
     panels.plain_log(axes.yaxis)
     for text in axes.legend(loc="upper left").get_texts():
         if "propto" in text.get_text():
-            marks.shown(text, "soc-cutoff", "energy: growth with N")
+            panels.shows(text, "soc-cutoff", "energy: growth with N")

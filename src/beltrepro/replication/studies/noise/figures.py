@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import BoundaryNorm, LogNorm
 
-from beltrepro.replication.drawing import alternation, marks, panels, replicate_panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.ledger import printed
@@ -52,12 +52,12 @@ def _replicates(axes, points, noise, index, overlay):
     """Runs, and their means with noise; crosses for the paper's scheme."""
     colour = style.line_style(index)["color"]
     if overlay:
-        replicate_panels.crosses(axes, *points, colour, overlay)
+        panels.crosses(axes, *points, colour, overlay)
     else:
         # Without noise several branches coexist at most u.
         alone = {} if noise else {"linestyle": "none", "apart": 0.0}
         label = rf"$\sigma = {noise:g}$"
-        replicate_panels.draw_runs(axes, *points, index, label=label, **alone)
+        panels.draw_runs(axes, *points, index, label=label, **alone)
 
 
 def _single_runs(axes, points, noise, index, overlay):
@@ -119,7 +119,7 @@ def _column(axes, scan):
     """r(sigma) at one belt velocity, with the noise at which it rises, here and in the paper."""
     column = sections.columns(scan, n_blocks=5, belt_velocity=BELT_VELOCITY)
     noise, disorder = column["noise"], column["disorder_parameter"]
-    replicate_panels.draw_runs(axes, noise, disorder, 0)
+    panels.draw_runs(axes, noise, disorder, 0)
     panels.finish_curves(axes, xlabel=panels.NOISE)
     words, critical = f"$u = {BELT_VELOCITY:g}$", np.nan
     with panels.shortage_on(axes, place=(0.5, 0.25)):
@@ -127,12 +127,12 @@ def _column(axes, scan):
         if np.isfinite(critical):
             line = axes.axvline(critical, color=style.VERMILION, linestyle="--", zorder=0)
             words += rf": $\sigma_c = {critical:.2f}$"
-            marks.shown(line, "sigma-c-u7", "sigma_c")
+            panels.shows(line, "sigma-c-u7", "sigma_c")
     value = printed("sigma-c-u7")
     axes.axvline(value, color=style.BLACK, linestyle=":", zorder=0)
     text = panels.remark(axes, f"{words} (dashed), paper: {value} (dotted)")
     if np.isfinite(critical):
-        marks.shown(text, "sigma-c-u7", "sigma_c")
+        panels.shows(text, "sigma-c-u7", "sigma_c")
 
 
 # --- Fig. 15: r rises with noise ------------------------------------------------------------------
@@ -146,7 +146,7 @@ def fig15(data):
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
     figure = style.page(4.6)
     places = {(5, u): f"$u = {u:g}$" for u in velocities}
-    for axes in replicate_panels.against_noise(figure, data, "n5_columns", places, across=3):
+    for axes in panels.against_noise(figure, data, "n5_columns", places, across=3):
         axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
     return figure
 
@@ -169,8 +169,8 @@ def fig16(data):
     below = places["e"]
     for mark, spectrum, name in (("a", "c", "u17"), ("b", "d", "u19")):
         series = data[name]
-        window = alternation.half_laminar(series, laminar_time, SHOWN)
-        alternation.trace(places[mark], series, laminar_time, window)
+        window = panels.half_laminar(series, laminar_time, SHOWN)
+        panels.laminar_trace(places[mark], series, laminar_time, window)
         places[mark].set_xlabel(panels.TIME)
         places[mark].locator_params(axis="x", nbins=5)
         panels.spectrum(places[spectrum], series)
@@ -180,7 +180,7 @@ def fig16(data):
     noise = data["u17"].attributes["noise"]
     row = sections.rows(scan, n_blocks=5, noise=noise)
     share = row["belt_velocity"], row["laminar_fraction"]
-    replicate_panels.draw_runs(below, *share, 0, apart=np.inf)
+    panels.draw_runs(below, *share, 0, apart=np.inf)
     below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
     below.set_xlim(*VELOCITIES)
     if not below.has_data() or not row["noise"].size:
@@ -332,7 +332,7 @@ def _shares(axes, scan):
         # runs that keep to one of both motions have a mean, but no motion has it
         agree = np.all(spread.high - spread.low <= _ONE_MOTION)
         look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
-        replicate_panels.draw_runs(axes, *share, index, label=label, **look)
+        panels.draw_runs(axes, *share, index, label=label, **look)
     for limit in intermittency.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.replication.drawing import alternation, panels, replicate_panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
@@ -74,7 +74,7 @@ def _runs(axes, data, n_blocks):
     for name in ("n5_replicates", "size_replicates"):
         row = sections.rows(data[name], n_blocks=n_blocks, noise=NOISE)
         points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
-        replicate_panels.draw_runs(axes, *points, label=f"$N = {n_blocks}$")
+        panels.draw_runs(axes, *points, label=f"$N = {n_blocks}$")
 
 
 def _strips(axes, table):
@@ -114,8 +114,8 @@ def fig20(data):
         axes.sharey(stack[0])
         axes.tick_params(labelbottom=axes is stack[-1])
         panels.letter(axes, mark)
-        begin, _ = alternation.half_laminar(series, laminar_time, SHOWN_LENGTH)
-        alternation.trace(axes, series, laminar_time, (begin, begin + SHOWN_LENGTH), zero=begin)
+        begin, _ = panels.half_laminar(series, laminar_time, SHOWN_LENGTH)
+        panels.laminar_trace(axes, series, laminar_time, (begin, begin + SHOWN_LENGTH), zero=begin)
     stack[-1].set_xlabel("$t$ since the left edge of the panel")
     panels.letter(below, "e")
     _last_sticks(below, scan, laminar_time)
@@ -155,7 +155,7 @@ def fig21(data):
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
     figure = style.page(4.6)
     places = {(n, u): f"$N = {n}$, $u = {u:g}$" for n, u in points}
-    replicate_panels.against_noise(figure, data, "size_columns", places, across=2)
+    panels.against_noise(figure, data, "size_columns", places, across=2)
     return figure
 
 

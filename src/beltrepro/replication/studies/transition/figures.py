@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.drawing import marks, panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.ledger import printed
@@ -180,11 +180,11 @@ def _mark_transition(axes, fall):
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
     line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
     words = f"fall here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
-    marks.shown(region, "u-critical", "lower", "upper")
-    marks.shown(line, "u-critical", "critical")
+    panels.shows(region, "u-critical", "lower", "upper")
+    panels.shows(line, "u-critical", "critical")
     place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
     text = axes.text(0.98, 0.9, words, **place)
-    marks.shown(text, "u-critical", "lower", "upper", "critical")
+    panels.shows(text, "u-critical", "lower", "upper", "critical")
 
 
 def _lifetimes(axes, data):
@@ -305,7 +305,7 @@ def _against_noise(axes, table):
             claim, variant, names = CLAIMS[name]
             noises = rows["noise"][rows["critical"].notna()]
             shown = [names.format(noise) for noise in noises]
-            marks.shown(points, claim, *shown, variant=variant)
+            panels.shows(points, claim, *shown, variant=variant)
     values = printed("u-critical"), printed("uc-sigma22")["u_c"]
     axes.plot((0.0, 2.2), values, "x", color=style.BLACK, markersize=7, label="paper")
     _say_none(axes, table[table["dataset"] == "n5_replicates"], "noise", r"$\sigma$")
