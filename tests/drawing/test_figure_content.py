@@ -331,17 +331,3 @@ def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point_and_the_sha
     all_runs = [np.repeat((u, made.laminar(u, s)), 3, axis=1) for s in (0.0, 1.0, 2.2, 5.0)]
     below.draws("$u$", "laminar share", *shares, *all_runs)
     assert below.guides == [("y", low), ("y", high)]
-
-
-def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():
-    for panel, n in zip(shown("fig22"), made.SIZES, strict=True):
-        assert f"$N = {n}$, $x_N = {111 * n}$" in panel.title
-        noises = (0.0, 1.0, 5.0)
-        diagrams = []
-        for s, aside in zip(noises, (-0.32, 0, 0.32), strict=True):  # side by side in a column
-            u, velocity = crossings("size_rows", n, s)
-            diagrams.append((u + aside, velocity, rf"$\sigma = {s:g}$"))
-        panel.draws("$u$" if n > 6 else "", "" if n in (3, 6, 10) else "$v_N$", *diagrams)
-
-
-# --- the virtual experiment -----------------------------------------------------------------------

@@ -19,6 +19,7 @@ from beltrepro.replication.camera.video import Frame, write_video
 if TYPE_CHECKING:
     from beltrepro.simulation.run import Run
 
+SCENE, CAMERA = Scene(), Camera()
 # Seen beyond the support and beyond the farthest place of the last block, in metres.
 MARGIN = 0.03
 _NOISE_PICTURES = 4
@@ -47,8 +48,8 @@ def film(
     motion: Run | Movement,
     path: str | Path,
     *,
-    scene: Scene | None = None,
-    camera: Camera | None = None,
+    scene: Scene = SCENE,
+    camera: Camera = CAMERA,
     progress: Callable[[float], None] | None = None,
 ) -> int:
     """Film a run: each sample becomes a frame, taken at its instant. Returns how many are written.
@@ -56,22 +57,20 @@ def film(
     For a film of 24 frames a second simulate with `sample_interval=1 / 24 / TIME_S`; method "event"
     is exact at any interval.
     """
-    camera = camera or Camera()
-    frames = pictures(motion, scene=scene, camera=camera, progress=progress)
+    movement = motion if isinstance(motion, Movement) else Movement.of(motion)
+    frames = pictures(movement, scene=scene, camera=camera, progress=progress)
     rate, compression = camera.frames_per_second, camera.compression
     return write_video(path, frames, frames_per_second=rate, compression=compression)
 
 
 def pictures(
-    motion: Run | Movement,
+    movement: Movement,
     *,
-    scene: Scene | None = None,
-    camera: Camera | None = None,
+    scene: Scene = SCENE,
+    camera: Camera = CAMERA,
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Frame]:
     """The frames of a film, one by one."""
-    scene, camera = scene or Scene(), camera or Camera()
-    movement = motion if isinstance(motion, Movement) else Movement.of(motion)
     _check_instants(movement.time_s, camera.frames_per_second)
     view = Framing.of(movement, scene, camera)
     light, shutter = _Light(scene, view, camera.blur), _Shutter(camera, view)

@@ -2,6 +2,7 @@
 
 import functools
 import re
+import string
 import textwrap
 from contextlib import contextmanager
 
@@ -110,7 +111,7 @@ def letter(axes, text):
 
 def letters(*panels):
     """A letter for each panel, in their order."""
-    for axes, text in zip(panels, "abcdefghijkl", strict=False):
+    for axes, text in zip(panels, string.ascii_lowercase, strict=False):
         letter(axes, text)
 
 
@@ -362,43 +363,31 @@ def against_noise(figure, data, name, places, *, across):
     with points of the other integrator, if given, as crosses over it.
     places : dict, words by (n_blocks, belt_velocity).  across : panels in a row.
     """
-    if not places:
-        note(figure.subplots(), "no points in this scan")
-        return []
     down = -(-len(places) // across)
     grid = figure.add_gridspec(down + 1, across, height_ratios=[1.7] + [1] * down)
-    above = figure.add_subplot(grid[0, :])
-    below = []
-    for number, (place, words) in enumerate(places.items()):
-        shared = {"sharex": below[0], "sharey": below[0]} if below else {}
+    above, below = figure.add_subplot(grid[0, :]), []
+    for number, ((n_blocks, velocity), words) in enumerate(places.items()):
+        shared = dict.fromkeys(("sharex", "sharey"), below[0] if below else None)
         axes = figure.add_subplot(grid[1 + number // across, number % across], **shared)
         below.append(axes)
-        letter(axes, "bcdefghij"[number])
         axes.set_title(words)
-        _column(above, axes, data, name, place, number, words)
-    letter(above, "a")
-    finish_curves(above, xlabel=NOISE, ncols=across)
-    below[0].set_ylim(bottom=0)
-    for axes in below:
+        for scan, overlay in layers(data, name):
+            column = sections.columns(scan, n_blocks=n_blocks, belt_velocity=velocity)
+            noise, disorder = column["noise"], column["disorder_parameter"]
+            if not overlay:
+                first = column["replicate"] == column["replicate"].min(initial=0)
+                single_runs(above, noise[first], disorder[first], number, label=words)
+                draw_runs(axes, noise, disorder, number)
+            elif noise.size:
+                crosses(axes, noise, disorder, style.VERMILION, overlay)
+        if not axes.lines:
+            note(axes, "no r in this column", width=12)
         axes.set(xlabel=NOISE, ylabel=DISORDER)
         axes.label_outer()
+    letters(above, *below)
+    finish_curves(above, xlabel=NOISE, ncols=across)
+    below[0].set_ylim(bottom=0)
     return [above, *below]
-
-
-def _column(above, axes, data, name, place, number, words):
-    """The first run of a column in the panel of all, and all its runs in its own."""
-    for scan, overlay in layers(data, name):
-        column = sections.columns(scan, n_blocks=place[0], belt_velocity=place[1])
-        points = column["noise"], column["disorder_parameter"]
-        if overlay:
-            if points[0].size:
-                crosses(axes, *points, style.VERMILION, overlay)
-            continue
-        first = column["replicate"] == column["replicate"].min(initial=0)
-        single_runs(above, points[0][first], points[1][first], number, label=words)
-        draw_runs(axes, *points, number)
-    if not axes.lines:
-        note(axes, "no r in this column", width=12)
 
 
 # --- traces with their laminar phases -------------------------------------------------------------
@@ -423,11 +412,8 @@ def half_laminar(series, laminar_time, length):
     """
     start, stop = (float(series.attributes[name]) for name in ("transient", "duration"))
     begins = np.arange(start, max(stop - length, start) + 1e-6, length / 10)
-    laminar = laminar_phases(series, laminar_time)
-    ends = np.clip(
-        laminar, begins[:, np.newaxis, np.newaxis], begins[:, np.newaxis, np.newaxis] + length
-    )
-    share = np.diff(ends, axis=2).sum(axis=(1, 2)) / length
+    laminar, first = laminar_phases(series, laminar_time), begins[:, np.newaxis, np.newaxis]
+    share = np.diff(np.clip(laminar, first, first + length), axis=2).sum(axis=(1, 2)) / length
     begin = float(begins[np.argmin(np.abs(share - 0.5).round(9))])
     return begin, begin + length
 
