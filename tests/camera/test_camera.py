@@ -6,7 +6,7 @@ import pytest
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.camera.camera import Framing, Movement, band, film, lane, pictures
+from beltrepro.replication.camera.camera import SCENE, Framing, Movement, band, film, lane, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.video import read_video
 from recorded import RATE, swaying
@@ -15,7 +15,7 @@ NOTHING = "blur", "sensor_noise", "light_unevenness", "light_drift", "exposure",
 IDEAL = dict.fromkeys(NOTHING, 0)
 
 
-def first_picture(movement=None, *, scene=None, **camera):
+def first_picture(movement=None, *, scene=SCENE, **camera):
     """The first frame of a film by an ideal camera but for these settings."""
     movement = swaying(0.1) if movement is None else movement
     frames = pictures(movement, scene=scene, camera=Camera(**IDEAL | camera))
