@@ -15,7 +15,7 @@ from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.studies.integrators import measure as integrators
 from beltrepro.replication.studies.integrators import samples
-from beltrepro.replication.studies.transition.measure import STICK_SLIP, labels_of
+from beltrepro.stats.states import STICK_SLIP, label_ends
 
 RNG = np.random.default_rng
 CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
@@ -286,7 +286,7 @@ def numbers_of_catalogue(side, run):
 
 
 def numbers_of_ends(side, run):
-    sticks = labels_of(side.arrays)[run] == STICK_SLIP
+    sticks = label_ends(side.arrays)[run] == STICK_SLIP
     return [sticks, side.arrays["final_disorder"][run], side.arrays["lifetime"][run]]
 
 

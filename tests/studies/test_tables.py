@@ -1,7 +1,5 @@
 """Tables: which there are, and what is in them."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -11,22 +9,12 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
-from beltrepro.replication.studies.chaos import words as chaos
+from beltrepro.replication.studies.chaos import measure as chaos
 from beltrepro.replication.studies.transition import measure
 from beltrepro.stats import transition
 
 TABLES = registry.tables()
 POINTS = ("belt_velocity", "disorder_parameter")
-
-
-def test_every_table_is_a_module_with_a_function():
-    assert len(TABLES) > 10
-    for name, entry in TABLES.items():
-        module = importlib.import_module(registry.tables()[name].module)
-        made_from = module.TABLES[name]
-        assert (entry.uses, entry.on_top) == (made_from.uses, made_from.on_top)
-        assert callable(getattr(module, name))
-        assert entry.file(name) == (name if name == "agreement" else f"tables/{name}")
 
 
 # made from data of other tests: of films, series and pairs
@@ -82,14 +70,6 @@ def test_critical_velocities_are_the_falls_of_every_row():
     assert (noisy["critical"], noisy["low"]) == (critical.value, critical.low)
 
 
-def test_too_few_places_have_no_critical_velocity():
-    five = replicates([5], [0.0], lambda n, s, k: 18)
-    few = {name: values[five.arrays["belt_velocity"] < 8] for name, values in five.arrays.items()}
-    names = TABLES["critical_velocities"].uses
-    table = measure.critical_velocities(dict.fromkeys(names, Dataset(few, five.attributes)))
-    assert len(table) == 4 and table["critical"].isna().all()
-
-
 def test_odds_of_what_the_experiment_saw():
     made = studies(noises=[1.0, 2.0], ratios=[0.6])
     table = made["experiment_odds"]
@@ -137,14 +117,6 @@ def test_words_beside_a_module_are_those_of_its_figures_and_tables(tmp_path):
     assert entry == registry.Table(
         title="A.", uses=("u1",), columns={"x": "of it"}, on_top=True, module="measure"
     )
-
-
-def test_no_words_are_of_a_figure_or_table_that_is_not_there():
-    for path in registry.STUDIES.rglob("words.yaml"):
-        words, study = registry._words(path), path.parent.name
-        for section, entries in (("figures", registry.figures()), ("tables", TABLES)):
-            there = {name for name, one in entries.items() if f".{study}." in one.module}
-            assert set(words.get(section, {})) <= there
 
 
 def test_tables_have_names_of_their_own(tmp_path):

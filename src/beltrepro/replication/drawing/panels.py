@@ -80,6 +80,14 @@ def true_minus(text):
     return re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text)
 
 
+def page(height, layout, **how):
+    """A page with lettered panels: `layout` is "aa;bc" as of `Figure.subplot_mosaic`."""
+    figure = style.page(height)
+    places = figure.subplot_mosaic(layout, **how)
+    letters(*places.values())
+    return figure, list(places.values())
+
+
 def letter(axes, text):
     """Letter of a panel, above its upper left corner."""
     axes.set_title(f"{text}.", loc="left", weight="bold")
@@ -220,6 +228,17 @@ def limits(axes, place, low, **look):
     """Arrows up from lower limits, as long as these are large."""
     if len(place):
         axes.errorbar(place, low, low, lolims=True, **look | {"linestyle": "none"})
+
+
+def intervals_or_limits(axes, place, value, low, high, *, label="", **look):
+    """Marks with intervals, and arrows up from the lower limits of what is not known to end."""
+    ended = np.isfinite(high)
+    if ended.any():
+        numbers = (numbers[ended] for numbers in (place, value, low, high))
+        intervals(axes, *numbers, label=label, linestyle="none", **look)
+    label = "" if ended.any() else label
+    look = {name: look[name] for name in look if not name.startswith("mark")}
+    limits(axes, place[~ended], low[~ended], label=label, **look)
 
 
 def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **changes):

@@ -10,19 +10,11 @@ import numpy as np
 import scipy
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.measure import (
-    EXACT,
-    LONG,
-    N_BLOCKS,
-    SCHEME,
-    SETTLING,
-    Settling,
-    between,
-    by_method,
-    motions_with,
-)
+from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, Settling, between
 from beltrepro.stats import dimension, estimates, states
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
@@ -45,8 +37,8 @@ def poincare(evidence):
 def _attractor(evidence):
     """Of a chaotic attractor, the motion on it does not end."""
     section = _section(evidence, "slips_u1_event", False)
-    place = {"belt_velocity": evidence.claim.parameters["belt_velocity"]}
-    runs = Settling.of(evidence, SETTLING[EXACT], **place)
+    velocity = evidence.claim.parameters["belt_velocity"]
+    runs = Settling.of(evidence, *SETTLING[EXACT], belt_velocity=velocity)
     staying = {"irregular for 1e6": runs.irregular_for(PERMANENT)}
     also = {"irregular for 1e5": runs.irregular_for(LONG), "exponent": runs.exponent}
     return Measurement(section.judged | staying, also, note=runs.words)
@@ -89,7 +81,7 @@ def u15_aperiodic(evidence):
             also["exponent"] = runs.exponent
         return Measurement({"irregular for 1e5": runs.irregular_for(LONG)}, also, note=runs.words)
 
-    return by_method(evidence, measure)
+    return motions.by_method(evidence, measure)
 
 
 @claim("permanent-chaos")
@@ -103,7 +95,7 @@ def permanent_chaos(evidence):
 
 
 def _stays_irregular(evidence, name, velocities, note):
-    runs = Settling.of(evidence, (name,))
+    runs = Settling.of(evidence, name)
     at = runs.arrays["belt_velocity"]
     missing = velocities[~np.isin(velocities, at)]
     require(not missing.size, f"{name} has no runs at u = {', '.join(map('{:g}'.format, missing))}")
@@ -123,7 +115,7 @@ def _stays_irregular(evidence, name, velocities, note):
 
 def _outside_windows(evidence):
     """Velocities at which most runs of the scheme do not end on an orbit of few returns."""
-    runs = Settling.of(evidence, (SAME_STARTS[SCHEME],)).arrays
+    runs = Settling.of(evidence, SAME_STARTS[SCHEME]).arrays
     low, high = evidence.claim.parameters["belt_velocity"]
     velocities = np.unique(runs["belt_velocity"])
     velocities = velocities[between(velocities, low, high)]
@@ -158,17 +150,17 @@ def _chaotic_by_look(evidence):
 def _chaotic_motions(evidence):
     """Above, irregular motion lasts so long that only the longest runs tell whether it ends."""
     below, above = evidence.claim.parameters["belt_velocity"].items()
-    runs = motions_with(evidence, "survival", *below[1])
-    longest = Settling.of(evidence, ("survival_long",))
+    runs = motions.motions(evidence, N_BLOCKS, *below[1], besides="survival")
+    longest = Settling.of(evidence, "survival_long")
     longest = longest.where(between(longest.arrays["belt_velocity"], *above[1]))
     require(longest.arrays["settled"].size, f"survival_long has no runs at u = {above[0]}")
     return Measurement(
         {
-            f"chaotic, u = {below[0]}": runs.share(CHAOTIC),
+            f"chaotic, u = {below[0]}": motions.share(runs, CHAOTIC),
             f"irregular for 1e6, u = {above[0]}": longest.irregular_for(PERMANENT),
         },
         {"unsettled at the end": estimates.share_of(~longest.arrays["settled"])},
-        note=f"u = {below[0]}: {runs.words}; u = {above[0]}: {longest.words}",
+        note=f"u = {below[0]}: {motions.in_words(runs)}; u = {above[0]}: {longest.words}",
     )
 
 
@@ -195,7 +187,6 @@ def _bands_by_look(evidence):
 
 def _bands_of_motions(evidence):
     ends = evidence.claim.parameters["belt_velocity"]
-    runs = motions_with(evidence, "survival_long", *ends)
-    return Measurement(
-        {"chaotic": runs.share(CHAOTIC), "periodic": runs.share(PERIODIC)}, note=runs.words
-    )
+    runs = motions.motions(evidence, N_BLOCKS, *ends, besides="survival_long")
+    shares = {name: motions.share(runs, name) for name in (CHAOTIC, PERIODIC)}
+    return Measurement(shares, note=motions.in_words(runs))

@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
-from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.integrators import samples
-from beltrepro.replication.studies.transition import measure as transients
+from beltrepro.stats import states
 
 TABLES = {
     "agreement": Table(
@@ -151,9 +150,8 @@ def slip_statistics(catalogue: Arrays) -> pd.DataFrame:
         slips, section = (
             events[events["point"] == run] for events in (catalogue["slips"], catalogue["section"])
         )
-        velocity = catalogue["belt_velocity"][run]
-        sizes = avalanches.last_block_slip_sizes(slips, n_blocks, velocity)
-        losses = avalanches.last_block_slips(slips, n_blocks)["dissipated"]
+        of_last = slips[slips["block"] == n_blocks]
+        sizes, losses = of_last["start_position"] - of_last["stop_position"], of_last["dissipated"]
         at_section = section["velocities"][:, n_blocks - 1]
         rows.append(
             {name: catalogue[name][run] for name in _POINT}
@@ -194,7 +192,7 @@ def compare_attractors(tested: Arrays, reference: Arrays) -> Iterator[dict]:
     ends = ("final_disorder", "lifetime", "escaped")
     ours, theirs = (
         pd.DataFrame({name: side[name] for name in (*names, *ends)}).assign(
-            label=transients.labels_of(side)
+            label=states.label_ends(side)
         )
         for side in (tested, reference)
     )
@@ -207,7 +205,7 @@ def compare_attractors(tested: Arrays, reference: Arrays) -> Iterator[dict]:
         labels, disorder, lifetimes, escaped = (
             [side[name] for side in sides] for name in ("label", *ends)
         )
-        alike = {"labels": transients.ATTRACTORS, "counted": transients.STICK_SLIP}
+        alike = {"labels": states.ATTRACTORS, "counted": states.STICK_SLIP}
         place = dict(zip(names, (*point, step), strict=True))
         for quantity, comparison in (
             (STILL_STICKING, samples.compare_shares(*labels, **alike)),
