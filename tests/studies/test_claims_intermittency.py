@@ -48,12 +48,6 @@ def test_alternation_with_noise_and_without(laminar, at_edge, in_middle, verdict
     assert both("intermittency", **made) == verdicts
 
 
-def test_one_laminar_phase_is_no_alternation():
-    made = runs()
-    made[SCHEME].arrays["laminar_count"][:] = 1
-    assert measured("intermittency", **made).judged["alternating"].value == 0
-
-
 @pytest.mark.parametrize(("last_stick", "share"), [(5e5, 0), (7e5, 1), (np.nan, 0)])
 def test_an_escape_for_good_is_no_intermittency(last_stick, share):
     """Before the last half of 2e5 to 1e6, or without any stick."""

@@ -52,18 +52,6 @@ def test_replicated_has_the_runs_without_noise_from_the_scheme():
     assert shifts == pytest.approx([3.5, 0.5], abs=0.5)
 
 
-def test_the_scatter_of_r_is_compared_run_by_run():
-    def ratio(quiet, noisy):
-        scatter = {0.0: quiet, 1.0: noisy}
-        return measured("sigma1-transition", **runs(windows={}, scatter=scatter)).judged[
-            "scatter of r, 1 over 0"
-        ]
-
-    same = ratio(0.006, 0.006)
-    assert same.low < 1 < same.high
-    assert ratio(0.01, 0.005).value == pytest.approx(0.5, rel=0.2)
-
-
 @pytest.mark.parametrize(
     ("critical", "verdicts"),
     [

@@ -7,15 +7,12 @@ either, and the interval of a share covers both.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from beltrepro.base.errors import require
-from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Evidence
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import Estimate
@@ -156,13 +153,6 @@ class Settling:
         return f"{count}, half of all by {half:.0f}" if 2 * settled.sum() >= settled.size else count
 
 
-def by_method(
-    evidence: Evidence, measure: Callable[[Settling, str], Measurement]
-) -> dict[str, Callable[[], Measurement]]:
-    """Readings of a claim on one belt velocity, by the paper's scheme and by the exact dynamics."""
-    velocity = evidence.claim.parameters["belt_velocity"]
-
-    def reading(name: str) -> Measurement:
-        return measure(Settling.of(evidence, *SETTLING[name], belt_velocity=velocity), name)
-
-    return {name: partial(reading, name) for name in SETTLING}
+def settling(evidence: Evidence, names: tuple[str, ...]) -> Settling:
+    """Runs at the belt velocity of the claim, from the first of the datasets that has some."""
+    return Settling.of(evidence, *names, belt_velocity=evidence.claim.parameters["belt_velocity"])

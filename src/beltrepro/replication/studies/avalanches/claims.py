@@ -59,41 +59,35 @@ def _halves(evidence):
     return Measurement(law.judged | change, also, law.note)
 
 
-@claim("one-over-f")
+@claim("one-over-f", "amplitude")
 def one_over_f(evidence):
+    """Exponent of the amplitude."""
+    return _law(evidence, "u1", amplitude=True)
+
+
+@claim("one-over-f", {"power, the paper's scheme": "u1", "power, exact dynamics": "u1_event"})
+def one_over_f_of_power(evidence, name):
     """Exponent of the spectrum above and below the frequency at which it turns."""
-
-    def power(name):
-        above = _exponent(evidence, name)
-        try:
-            below = _exponent(evidence, name, band=SLOW_BAND)
-        except NotEnoughDataError:
-            below = estimates.absent()
-        return Measurement({"exponent above 0.003": above, "exponent below 0.003": below})
-
-    return {
-        "amplitude": partial(_law, evidence, "u1", amplitude=True),
-        "power, the paper's scheme": partial(power, "u1"),
-        "power, exact dynamics": partial(power, "u1_event"),
-    }
+    above = _exponent(evidence, name)
+    try:
+        below = _exponent(evidence, name, band=SLOW_BAND)
+    except NotEnoughDataError:
+        below = estimates.absent()
+    return Measurement({"exponent above 0.003": above, "exponent below 0.003": below})
 
 
-@claim("slip-velocity")
-def slip_velocity(evidence):
+@claim("slip-velocity", {SCHEME: "u1", EXACT: "u1_event"})
+def slip_velocity(evidence, name):
     """Peaks of the relative velocity of the last block in its slips."""
-
-    def peaks(name):
-        series = evidence.dataset(name)
-        stretches = measure.peaks_of_slips(series) / series.attributes["belt_velocity"]
-        return Measurement(
-            {
-                "median peak |v_r| / u": estimates.bootstrap(np.median, [stretches]),
-                "peaks: 95 % over 5 % quantile": estimates.bootstrap(_spread, [stretches]),
-            },
-            note=f"{stretches.size} slips in {len(stretches)} stretches",
-        )
-
-    return {SCHEME: partial(peaks, "u1"), EXACT: partial(peaks, "u1_event")}
+    series = evidence.dataset(name)
+    stretches = measure.peaks_of_slips(series) / series.attributes["belt_velocity"]
+    return Measurement(
+        {
+            "median peak |v_r| / u": estimates.bootstrap(np.median, [stretches]),
+            "peaks: 95 % over 5 % quantile": estimates.bootstrap(_spread, [stretches]),
+        },
+        note=f"{stretches.size} slips in {len(stretches)} stretches",
+    )
 
 
 def _spread(peaks):
@@ -167,15 +161,13 @@ def soc_power_law(evidence):
     }
 
 
-@claim("soc-cutoff")
-def soc_cutoff(evidence):
-    """How the largest slips and avalanches grow with N, and whether their densities collapse."""
-    return {method: partial(_growth_and_form, evidence, method) for method in CATALOGUES}
+@claim("soc-cutoff", CATALOGUES)
+def soc_cutoff(evidence, names):
+    """How the largest slips and avalanches grow with N, and whether their densities collapse.
 
-
-def _growth_and_form(evidence, method):
-    """The form is that of avalanches of two blocks or more: what one does alone knows no N."""
-    catalogues = {n: _catalogue(evidence, name) for n, name in CATALOGUES[method].items()}
+    The form is that of avalanches of two blocks or more: what one does alone knows no N.
+    """
+    catalogues = {n: _catalogue(evidence, name) for n, name in names.items()}
 
     def by_n(sample_of, **how):
         return {n: sample_of(catalogue, **how) for n, catalogue in catalogues.items()}
@@ -191,14 +183,10 @@ def _growth_and_form(evidence, method):
 # --- blocks that slip together --------------------------------------------------------------------
 
 
-@claim("blocks-slip-together")
-def blocks_slip_together(evidence):
+@claim("blocks-slip-together", {SCHEME: "slips_u1", EXACT: "slips_u1_event"})
+def blocks_slip_together(evidence, name):
     """Share of the avalanches in which blocks slip at one instant."""
-
-    def together(name):
-        return measure.together(_catalogue(evidence, name))
-
-    return {SCHEME: partial(together, "slips_u1"), EXACT: partial(together, "slips_u1_event")}
+    return measure.together(_catalogue(evidence, name))
 
 
 def _catalogue(evidence, name):

@@ -4,12 +4,13 @@ from itertools import takewhile
 
 import numpy as np
 import pandas as pd
+import scipy
 
-from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
-from beltrepro.stats import sections, survival
-from beltrepro.stats.estimates import share_of
+from beltrepro.stats import dimension, estimates, sections, survival
+from beltrepro.stats.estimates import Estimate, share_of
 from beltrepro.stats.motion import CHAOTIC, ERRORS, MOTIONS, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
 TABLES = {
@@ -106,6 +107,32 @@ def _lifetime(lifetime, settled, span) -> dict:
     except NotEnoughDataError:
         pass
     return row
+
+
+# --- the section of Fig. 10 -----------------------------------------------------------------------
+
+POINTS_OF_GROUP = 700  # section points, of which a dimension needs 500; groups differ in size
+FEWEST_GROUPS = 3
+
+
+def section_dimension(points: np.ndarray, n_groups: int) -> Estimate:
+    """Correlation dimension in all coordinates but x_2, which is the same at all points.
+
+    The scatter of groups of runs and the error of the fit are in its interval.
+    """
+    positions, velocities = points["positions"], points["velocities"]
+    coordinates = np.hstack([np.delete(positions, 1, axis=1), velocities])
+    runs, place = np.unique(points["point"], return_inverse=True)
+    n_groups = min(n_groups, runs.size, points.size // POINTS_OF_GROUP)
+    require(n_groups >= FEWEST_GROUPS, f"{points.size} section points are too few")
+    whole = dimension.correlation_dimension(coordinates)
+    parts = [
+        dimension.correlation_dimension(coordinates[place % n_groups == group]).dimension
+        for group in range(n_groups)
+    ]
+    scatter = estimates.mean(parts)
+    reach = np.hypot(scatter.high - scatter.value, scipy.stats.norm.ppf(0.975) * whole.error)
+    return Estimate(whole.dimension, whole.dimension - reach, whole.dimension + reach, runs.size)
 
 
 # --- what the page says ---------------------------------------------------------------------------

@@ -24,11 +24,6 @@ WEAKEST = 0.3  # noise at u = 7 at which the motion is still periodic
 CHAOTIC = (1.0, 2.2)  # and at which it is chaotic
 
 
-def _by_dynamics(reading, evidence):
-    """Two readings: without noise the paper's scheme, or the exact dynamics as with noise."""
-    return {name: partial(reading, evidence, scan) for name, scan in QUIET.items()}
-
-
 def _row(evidence, noise, quiet=RUNS):
     """The row of independent runs at a noise; those without noise are of a scan of their own."""
     return evidence.replicates(N_BLOCKS, noise, scan=RUNS if noise else quiet)
@@ -45,13 +40,9 @@ def _rows(evidence, quiet):
 # --- Figs. 13 and 14 ------------------------------------------------------------------------------
 
 
-@claim("sigma1-transition")
-def sigma1_transition(evidence):
+@claim("sigma1-transition", QUIET)
+def sigma1_transition(evidence, quiet_scan):
     """Transition, windows and scatter of r at sigma = 1 against sigma = 0."""
-    return _by_dynamics(_weak_noise, evidence)
-
-
-def _weak_noise(evidence, quiet_scan):
     quiet, noisy = _row(evidence, 0.0, quiet_scan), _row(evidence, 1.0)
     before, after = quiet.fall["critical"], noisy.fall["critical"]
     return Measurement(
@@ -64,13 +55,9 @@ def _weak_noise(evidence, quiet_scan):
     )
 
 
-@claim("uc-of-sigma")
-def uc_of_sigma(evidence):
+@claim("uc-of-sigma", QUIET)
+def uc_of_sigma(evidence, quiet):
     """Critical velocity of every noise level at which r has a transition."""
-    return _by_dynamics(_critical_velocities, evidence)
-
-
-def _critical_velocities(evidence, quiet):
     transient = _row(evidence, 1.0).transient
     require(
         transient >= SETTLED,
@@ -93,30 +80,25 @@ def uc_sigma22(evidence):
     return Measurement({"u_c": fall["critical"]}, {"u_c_m_s": in_si, **edges})
 
 
-@claim("windows-vanish")
-def windows_vanish(evidence):
+@claim("windows-vanish", QUIET)
+def windows_vanish(evidence, quiet):
     """Share of runs in periodic windows against noise."""
-    return _by_dynamics(_windows, evidence)
-
-
-def _windows(evidence, quiet):
     rows = _rows(evidence, quiet)
     shares = {level: measure.share_in_windows(row, rows[1.0]) for level, row in rows.items()}
     return Measurement({f"at sigma = {level:g}": share for level, share in shares.items()})
 
 
-@claim("sigma-c-u7")
+@claim("sigma-c-u7", "rise of r")
 def sigma_c_u7(evidence):
-    """Noise at which r(sigma) at u = 7 has risen half way, and the exponents on both sides."""
+    """Noise at which r(sigma) at u = 7 has risen half way."""
     column = evidence.column("n5_u7", N_BLOCKS, 7.0)
     rise = measure.rise(column.noise, column.disorder)
-    return {
-        "rise of r": partial(Measurement, {"sigma_c": rise["critical"]}, {"width": rise["width"]}),
-        "rise of r, and exponents": partial(_noise_induced_chaos, evidence, rise),
-    }
+    return Measurement({"sigma_c": rise["critical"]}, {"width": rise["width"]})
 
 
-def _noise_induced_chaos(evidence, rise):
+@claim("sigma-c-u7", "rise of r, and exponents")
+def noise_induced_chaos(evidence):
+    """The same, and the exponents on both sides."""
     exponents = _exponents(evidence, "noisy_motion")
     weakest = min(exponents)
     require(weakest <= WEAKEST, f"no exponents at sigma <= {WEAKEST:g}")
@@ -125,7 +107,7 @@ def _noise_induced_chaos(evidence, rise):
     after_rest = _exponents(evidence, "noisy_motion_rest").values()
     return Measurement(
         {
-            "sigma_c": rise["critical"],
+            **sigma_c_u7(evidence).judged,
             "exponent at the weakest noise": exponents[weakest],
             "lowest exponent from sigma = 1 to 2.2": min(beyond, key=lambda e: e.low),
             "lowest exponent, clock of the rest": min(after_rest, key=lambda e: e.low),
@@ -224,13 +206,9 @@ def noise_time_step(evidence):
 # --- intermittency --------------------------------------------------------------------------------
 
 
-@claim("intermittency")
-def intermittency(evidence):
+@claim("intermittency", QUIET)
+def intermittency(evidence, quiet):
     """Laminar phases at u = 17.5 and sigma = 2.2, and none without noise."""
-    return _by_dynamics(_in_runs, evidence)
-
-
-def _in_runs(evidence, quiet):
     places = evidence.claim.parameters
     row, middle = _row(evidence, places["noise"]), places["middle"]
 

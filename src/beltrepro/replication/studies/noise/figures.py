@@ -89,9 +89,8 @@ def fig14(data):
     rows = upper.subgridspec(max(levels.size, 1), 1)
     strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
     for axes, noise in zip(strips, levels, strict=False):
-        panels.band_diagram(
-            axes, sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise), size=1.3
-        )
+        row = sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
+        panels.band_diagram(axes, row, size=1.3)
         panels.finish_diagram(axes)
         panels.remark(axes, rf"$\sigma = {noise:g}$")
         axes.set_ylabel(panels.VELOCITY)
@@ -253,7 +252,8 @@ UNSHOWN = (0.5,)  # noise at which b shows what it shows at 0 and 1
 def fig18(data):
     """a: r over the plane (u, sigma), dots where `intermittent_mask` holds; b: laminar shares."""
     points = data["n5_map"].arrays
-    points = sections.select(points, points["n_blocks"] == N_BLOCKS)
+    measured = (points["n_blocks"] == N_BLOCKS) & np.isfinite(points["disorder_parameter"])
+    points = sections.select(points, measured)
     figure, (above, below) = panels.page(4.6, "a;b", height_ratios=(1.7, 1))
     above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
     if points["noise"].size:

@@ -57,59 +57,49 @@ def _wider(falls, more, less):
     )
 
 
-@claim("n10-intermittency")
+@claim("n10-intermittency", SCHEME)
 def n10_intermittency(evidence):
     """Laminar phases of ten blocks without noise in the transition, and whether they last."""
-    ends = evidence.claim.parameters["belt_velocity"]
-    rows = {
-        SCHEME: lambda: evidence.row(10, 0.0, scan="size_rows"),
-        EXACT: lambda: evidence.replicates(10, 0.0),
-    }
+    row = evidence.row(10, 0.0, scan="size_rows")
+    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
 
-    def reading(row):
-        return measure.intermittency(row().within(*ends))
 
-    return {method: partial(reading, row) for method, row in rows.items()}
+@claim("n10-intermittency", EXACT)
+def n10_intermittency_of_exact_runs(evidence):
+    """The same of independent runs."""
+    row = evidence.replicates(10, 0.0)
+    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
 
 
 # --- chaos ----------------------------------------------------------------------------------------
 
 
-@claim("small-n-regular")
-def small_n_regular(evidence):
+def _row_of_scheme(evidence, n_blocks):
+    row = evidence.row(n_blocks, 0.0)
+    return row.belt_velocity, row.disorder
+
+
+def _row_of_motions(evidence, n_blocks):
+    arrays, _ = evidence.runs("motion_map", n_blocks=n_blocks)
+    return arrays["belt_velocity"], arrays["disorder_parameter"]
+
+
+R_OF_U = {
+    "r by the paper's scheme": _row_of_scheme,
+    "r by the exact dynamics": _row_of_motions,
+}
+
+
+@claim("small-n-regular", R_OF_U)
+def small_n_regular(evidence, row_of):
     """Chaotic runs of two, three and four blocks, and how far r falls along u."""
-
-    def by_scheme(n_blocks):
-        row = evidence.row(n_blocks, 0.0)
-        return row.belt_velocity, row.disorder
-
-    def exact(n_blocks):
-        arrays, _ = evidence.runs("motion_map", n_blocks=n_blocks)
-        return arrays["belt_velocity"], arrays["disorder_parameter"]
-
-    return {
-        "r by the paper's scheme": partial(_small_chains, evidence, by_scheme),
-        "r by the exact dynamics": partial(_small_chains, evidence, exact),
-    }
-
-
-def _small_chains(evidence, row_of):
     sizes = evidence.claim.parameters["n_blocks"]
     runs = {n: motions.motions(evidence, n) for n in sizes}
     together = pd.concat(runs.values())
-    contrast = {f"contrast, N = {n}": measure.contrast(*row_of(n)) for n in sizes}
+    contrast = {f"contrast, N = {n}": measure.contrast(*row_of(evidence, n)) for n in sizes}
     also = {f"chaotic, N = {n}": motions.share(of_size, CHAOTIC) for n, of_size in runs.items()}
     chaotic = {"chaotic": motions.share(together, CHAOTIC)}
     return Measurement(chaotic | contrast, also, motions.in_words(together))
-
-
-@claim("chaos-from-n5")
-def chaos_from_n5(evidence):
-    """Chaos and periodic motion below the transition of five and more blocks."""
-    return {
-        "by the look of the section": partial(_chaos_by_look, evidence),
-        "by exponent and recurrence": partial(_chaos_by_motion, evidence),
-    }
 
 
 def _below_transition(evidence):
@@ -119,8 +109,9 @@ def _below_transition(evidence):
     return {n: parameters["without_transition"] if np.isnan(u) else u for n, u in edges.items()}
 
 
-def _chaos_by_look(evidence):
-    """Single runs by the paper's scheme, as the bifurcation diagrams show them."""
+@claim("chaos-from-n5", "by the look of the section")
+def chaos_by_look(evidence):
+    """Chaos and periodic motion below the transition of five and more blocks, in single runs."""
     shares = {}
     for n, high in _below_transition(evidence).items():
         row = evidence.row(n, 0.0)
@@ -131,7 +122,9 @@ def _chaos_by_look(evidence):
     return _chaos(shares)
 
 
-def _chaos_by_motion(evidence):
+@claim("chaos-from-n5", "by exponent and recurrence")
+def chaos_by_motion(evidence):
+    """The same of runs whose motion is named."""
     ends = _below_transition(evidence)
     runs = {n: motions.motions(evidence, n, high=high) for n, high in ends.items()}
     shares = {
@@ -150,19 +143,18 @@ def _chaos(shares, note=""):
     return Measurement(judged, {f"periodic, N = {n}": share for n, share in calm.items()}, note)
 
 
-@claim("complexity-at-n5")
+@claim("complexity-at-n5", "orbits told apart")
 def complexity_at_n5(evidence):
-    """Entropy of the motions over u, near N = 5 and elsewhere."""
+    """Entropy of the motions over u, near N = 5 and elsewhere, orbits told apart."""
+    return _richest(evidence, _orbits)
 
-    def orbits():
-        return _richest(evidence, _orbits)
 
-    def orbits_and_kinds():
-        kinds, told_apart = _richest(evidence, lambda runs: runs["motion"]), orbits()
-        judged = told_apart.judged | {"kinds of motion": kinds.judged["orbits"]}
-        return Measurement(judged, kinds.also)
-
-    return {"orbits told apart": orbits, "orbits, and kinds of motion": orbits_and_kinds}
+@claim("complexity-at-n5", "orbits, and kinds of motion")
+def complexity_of_kinds(evidence):
+    """The same, and that of the kinds of motion."""
+    kinds = _richest(evidence, lambda runs: runs["motion"])
+    judged = complexity_at_n5(evidence).judged | {"kinds of motion": kinds.judged["orbits"]}
+    return Measurement(judged, kinds.also)
 
 
 def _orbits(runs):
@@ -199,20 +191,18 @@ def r_of_sigma_size(evidence):
     return _weaker_with_size(rises)
 
 
-@claim("noise-less-relevant")
-def noise_less_relevant(evidence):
+EFFECTS = {"section velocities": measure.effect_on_section, "r": measure.effect_on_r}
+
+
+@claim("noise-less-relevant", EFFECTS)
+def noise_less_relevant(evidence, effect_of):
     """Effect of noise on the section velocities and on r, for five and more blocks."""
-
-    def reading(effect_of):
-        places = evidence.claim.parameters
-        effects = {}
-        for n in places["n_blocks"]:
-            pair = (evidence.replicates(n, noise) for noise in (0.0, places["noise"]))
-            effects[n] = effect_of(*places["belt_velocity"], *pair)
-        return _weaker_with_size(effects)
-
-    effects = {"section velocities": measure.effect_on_section, "r": measure.effect_on_r}
-    return {name: partial(reading, effect_of) for name, effect_of in effects.items()}
+    places = evidence.claim.parameters
+    effects = {}
+    for n in places["n_blocks"]:
+        pair = (evidence.replicates(n, noise) for noise in (0.0, places["noise"]))
+        effects[n] = effect_of(*places["belt_velocity"], *pair)
+    return _weaker_with_size(effects)
 
 
 def _weaker_with_size(effects):

@@ -1,7 +1,6 @@
 """Claims on five blocks without noise: single motions, the fall of r, transients (Sec. IV.A)."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -10,44 +9,39 @@ from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, between, by_method
+from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, between, settling
 from beltrepro.stats import estimates, states
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
 LEAST_RUNS = 4
-NEAR_REST = {"initial_spread": 1.0, "time_step": 0.001}  # of the runs behind u20-transient
 LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in 20 < u < 22
 
 
 # --- Figs. 11 and 12: single belt velocities ------------------------------------------------------
 
 
-@claim("u7-periodic")
-def u7_periodic(evidence):
+@claim("u7-periodic", SETTLING)
+def u7_periodic(evidence, names):
     """Where runs at u = 7 end."""
-
-    def reading(runs, _method):
-        return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
-
-    return by_method(evidence, reading)
+    runs = settling(evidence, names)
+    return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
 
 
-@claim("u20-transient")
+@claim("u20-transient", SCHEME)
 def u20_transient(evidence):
-    """How long runs at u = 20 stick now and then, and whether they stop."""
-    return {
-        SCHEME: partial(_from_declared_start_too, evidence),
-        EXACT: partial(_transients, evidence, "pairs_states_event", **NEAR_REST),
-    }
-
-
-def _from_declared_start_too(evidence):
+    """How long runs at u = 20 stick now and then, and whether they stop; r of the printed start."""
     measurement = _transients(evidence, "lifetimes")
     row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
     disorder = row.disorder[row.between(20, 20)]
     require(disorder.size == 1, f"{disorder.size} points of the row at u = 20, one is needed")
     return replace(measurement, also={"r from the declared start": estimates.sure(disorder.item())})
+
+
+@claim("u20-transient", EXACT)
+def u20_transient_near_rest(evidence):
+    """The same of exact runs from starts near rest."""
+    return _transients(evidence, "pairs_states_event", initial_spread=1.0, time_step=0.001)
 
 
 def _transients(evidence, name, **where):
@@ -86,20 +80,14 @@ def _at(arrays, **where):
 RUNS = {SCHEME: "n5_replicates_check", EXACT: "n5_replicates", "wider starts": "n5_replicates_wide"}
 
 
-@claim("r-jump")
-def r_jump(evidence):
+@claim("r-jump", RUNS)
+def r_jump(evidence, scan):
     """The plateaus of r beside the printed transition region."""
-
-    def reading(scan):
-        before, beyond, low = _sides(evidence, scan)
-        plateaus = {"r_chaotic": before, "r_periodic": low}
-        numbers = {name: estimates.bootstrap(np.median, [r]) for name, r in plateaus.items()}
-        small = estimates.share_of(beyond < states.LARGE_AMPLITUDE)
-        return Measurement(
-            numbers | {"ratio": estimates.ratio(*numbers.values()), "small r": small}
-        )
-
-    return {name: partial(reading, scan) for name, scan in RUNS.items()}
+    before, beyond, low = _sides(evidence, scan)
+    plateaus = {"r_chaotic": before, "r_periodic": low}
+    numbers = {name: estimates.bootstrap(np.median, [r]) for name, r in plateaus.items()}
+    small = estimates.share_of(beyond < states.LARGE_AMPLITUDE)
+    return Measurement(numbers | {"ratio": estimates.ratio(*numbers.values()), "small r": small})
 
 
 def _sides(evidence, scan):
@@ -112,61 +100,50 @@ def _sides(evidence, scan):
     return before, beyond, low if low.size >= LEAST_RUNS else beyond
 
 
-@claim("u-critical")
-def u_critical(evidence):
-    """Midpoint of the transition region without noise."""
-
-    def reading(scan):
-        fall = evidence.replicates(N_BLOCKS, 0.0, scan=scan).fall
-        edges = {name: fall[name] for name in ("lower", "upper")}
-        return Measurement({"critical": fall["critical"]}, edges)
-
-    def from_other_starts_too():
-        near_rest, wide = reading(RUNS[EXACT]), reading(RUNS["wider starts"])
-        also = {"critical, wider starts": wide.judged["critical"]}
-        return Measurement(near_rest.judged | also, near_rest.also)
-
-    readings = {name: partial(reading, scan) for name, scan in RUNS.items()}
-    return readings | {EXACT: from_other_starts_too}
+@claim("u-critical", RUNS)
+def u_critical(evidence, scan):
+    """Midpoint of the transition region without noise; of exact runs from wider starts too."""
+    fall = evidence.replicates(N_BLOCKS, 0.0, scan=scan).fall
+    judged = {"critical": fall["critical"]}
+    if scan == RUNS[EXACT]:
+        wide = evidence.replicates(N_BLOCKS, 0.0, scan=RUNS["wider starts"]).fall
+        judged["critical, wider starts"] = wide["critical"]
+    return Measurement(judged, {name: fall[name] for name in ("lower", "upper")})
 
 
-@claim("r-windows")
+@claim("r-windows", SCHEME)
 def r_windows(evidence):
-    """r of periodic motion over that before the transition: beyond the transition, and below it."""
-    return {SCHEME: partial(_contrast, evidence, SCHEME), EXACT: partial(_periodic_below, evidence)}
-
-
-def _contrast(evidence, method):
-    before, _, low = _sides(evidence, RUNS[method])
+    """r of periodic motion beyond the transition over that before it."""
+    before, _, low = _sides(evidence, RUNS[SCHEME])
     return Measurement({"beyond the transition": _ratio_of_medians(low, before)})
+
+
+@claim("r-windows", EXACT)
+def r_windows_below(evidence):
+    """The same, and r of runs that end periodic below the transition, of any period."""
+    arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
+    chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
+    chosen &= arrays["state"].astype(str) == PERIODIC
+    require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs, {LEAST_RUNS} are needed")
+    before, _, low = _sides(evidence, RUNS[EXACT])
+    return Measurement(
+        {
+            "beyond the transition": _ratio_of_medians(low, before),
+            "periodic below": _ratio_of_medians(arrays["disorder_parameter"][chosen], before),
+        }
+    )
 
 
 def _ratio_of_medians(*samples):
     return estimates.ratio(*(estimates.bootstrap(np.median, [runs]) for runs in samples))
 
 
-def _periodic_below(evidence):
-    """With the contrast, r of runs that end periodic below the transition, of any period."""
-    arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
-    chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
-    chosen &= arrays["state"].astype(str) == PERIODIC
-    require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs, {LEAST_RUNS} are needed")
-    before, *_ = _sides(evidence, RUNS[EXACT])
-    below = _ratio_of_medians(arrays["disorder_parameter"][chosen], before)
-    return Measurement(_contrast(evidence, EXACT).judged | {"periodic below": below})
+@claim("outliers", SCHEME)
+def outlying_points(evidence):
+    """Runs of large r beyond the transition, and whether they are irregular.
 
-
-@claim("outliers")
-def outliers(evidence):
-    """Runs of large r beyond the transition, and whether they are irregular."""
-    return {
-        SCHEME: partial(_outlying_points, evidence),
-        EXACT: partial(_outlying_runs, evidence),
-    }
-
-
-def _outlying_points(evidence):
-    """The start is declared, so that chance has no part in them."""
+    The start is declared, so that chance has no part in them.
+    """
     ends = evidence.claim.parameters["points"]
     large, regular, velocity = _of_large_r(evidence, ends, LEAST_POINTS, "n5_rows")
     where = ", ".join(f"{place:g}" for place in velocity[large])
@@ -174,7 +151,9 @@ def _outlying_points(evidence):
     return Measurement(estimates.all_sure(counts), note=f"outliers at u = {where}" if where else "")
 
 
-def _outlying_runs(evidence):
+@claim("outliers", EXACT)
+def outlying_runs(evidence):
+    """Shares of the runs of large r beyond the transition."""
     ends, scans = evidence.claim.parameters["runs"], ("n5_replicates", "n5_replicates_beyond")
     large, regular, _ = _of_large_r(evidence, ends, LEAST_RUNS, *scans)
     periodic = estimates.share_of(regular[large]) if large.any() else estimates.absent()
@@ -202,42 +181,39 @@ def _of_large_r(evidence, ends, least, *scans):
 # --- how long transients last, and what follows ---------------------------------------------------
 
 
-@claim("u7-transient-chaos")
-def u7_transient_chaos(evidence):
+@claim("u7-transient-chaos", SETTLING)
+def u7_transient_chaos(evidence, names):
     """How long runs at u = 7 are irregular before they become periodic, and their exponent then."""
-    shown = evidence.claim.parameters["irregular_for"]
-
-    def reading(runs, method):
-        judged = {
-            "ends periodic": runs.ends_periodic,
-            f"irregular for {shown}": runs.irregular_for(shown),
-        }
-        also = {"half of the runs settle by": runs.half_life}
-        if method == EXACT:  # no deviation is followed beside the scheme
-            judged["e-foldings"] = runs.e_foldings
-            also["exponent"] = runs.exponent
-        return Measurement(judged, also, note=runs.words)
-
-    return by_method(evidence, reading)
+    runs, shown = settling(evidence, names), evidence.claim.parameters["irregular_for"]
+    judged = {"ends periodic": runs.ends_periodic}
+    judged[f"irregular for {shown}"] = runs.irregular_for(shown)
+    also = {"half of the runs settle by": runs.half_life}
+    if names != SETTLING[SCHEME]:  # no deviation is followed beside the scheme
+        judged["e-foldings"] = runs.e_foldings
+        also["exponent"] = runs.exponent
+    return Measurement(judged, also, note=runs.words)
 
 
-@claim("transient-lifetime")
-def transient_lifetime(evidence):
-    """Mean lifetimes beyond the transition: to the last stick, and until the motion settles."""
-    places = evidence.claim.parameters
+@claim("transient-lifetime", SCHEME)
+def time_to_last_stick(evidence):
+    """Mean time beyond the transition up to the last stick."""
+    return _lifetimes(evidence, measure.until_last_stick(evidence.dataset("lifetimes_wide")))
 
-    def reading(runs):
-        near, far, everywhere = (
-            _estimate(runs.mean(*places[name])) for name in ("near", "far", "belt_velocity")
-        )
-        judged = {"near over far": estimates.ratio(near, far), "tau": everywhere}
-        return Measurement(judged, {"tau near": near, "tau far": far})
 
-    spread = places["initial_spread"]
-    return {
-        SCHEME: lambda: reading(measure.until_last_stick(evidence.dataset("lifetimes_wide"))),
-        EXACT: lambda: reading(measure.until_settled(evidence.dataset("survival"), spread)),
-    }
+@claim("transient-lifetime", EXACT)
+def time_to_settle(evidence):
+    """Mean time until the motion settles."""
+    spread = evidence.claim.parameters["initial_spread"]
+    return _lifetimes(evidence, measure.until_settled(evidence.dataset("survival"), spread))
+
+
+def _lifetimes(evidence, runs):
+    near, far, everywhere = (
+        _estimate(runs.mean(*evidence.claim.parameters[name]))
+        for name in ("near", "far", "belt_velocity")
+    )
+    judged = {"near over far": estimates.ratio(near, far), "tau": everywhere}
+    return Measurement(judged, {"tau near": near, "tau far": far})
 
 
 def _estimate(lifetime):
@@ -245,14 +221,16 @@ def _estimate(lifetime):
     return Estimate(lifetime.mean, lifetime.lower, lifetime.upper, lifetime.runs)
 
 
-@claim("continuous-slip")
+@claim("continuous-slip", SCHEME)
 def continuous_slip(evidence):
     """Share of runs in which the last block slips on at the end, for 18 <= u <= 50."""
-    exact = {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"}
-    return {
-        SCHEME: partial(_slips_on, evidence, {"18 to 50": "n5_rows"}, start_declared=True),
-        EXACT: partial(_slips_on, evidence, exact),
-    }
+    return _slips_on(evidence, {"18 to 50": "n5_rows"}, start_declared=True)
+
+
+@claim("continuous-slip", EXACT)
+def continuous_slip_of_exact_runs(evidence):
+    """The same, in two ranges of u."""
+    return _slips_on(evidence, {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"})
 
 
 def _slips_on(evidence, scans, *, start_declared=False):
