@@ -104,15 +104,10 @@ def page(height, layout, **how):
     return figure, list(places.values())
 
 
-def letter(axes, text):
-    """Letter of a panel, above its upper left corner."""
-    axes.set_title(f"{text}.", loc="left", weight="bold")
-
-
 def letters(*panels):
-    """A letter for each panel, in their order."""
+    """A letter above the upper left corner of each panel, in their order."""
     for axes, text in zip(panels, string.ascii_lowercase, strict=False):
-        letter(axes, text)
+        axes.set_title(f"{text}.", loc="left", weight="bold")
 
 
 def remark(axes, text):

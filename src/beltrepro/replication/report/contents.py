@@ -9,7 +9,7 @@ import pandas as pd
 from beltrepro.replication.plan import registry
 from beltrepro.replication.report import conduct, judged, live_chain
 from beltrepro.replication.report.material import Material
-from beltrepro.replication.studies.chaos import words as chaos
+from beltrepro.replication.studies.chaos import measure as chaos
 from beltrepro.replication.studies.experiment import measure as experiment
 from beltrepro.replication.studies.integrators import measure as integrators
 

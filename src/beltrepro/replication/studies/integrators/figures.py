@@ -25,9 +25,7 @@ def agreement_disorder(data):
     """a: mean r of both against u; b: difference in standard errors; c: p-values in order."""
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
-    figure = style.page(3.8)
-    left, middle, right = figure.subplot_mosaic([["a", "a"], ["b", "c"]]).values()
-    panels.letters(left, middle, right)
+    figure, (left, middle, right) = panels.page(3.8, "aa;bc")
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
         velocity, look = curve["belt_velocity"], style.line_style(index)
