@@ -1,6 +1,5 @@
 """Figs. 6 and 7: the force of a spring, and friction."""
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -83,16 +82,15 @@ def _choose_event(series):
     """First slip complete in the series and the stick before, of the last block that has one."""
     events, time = series.arrays["events"], series.arrays["time"]
     for block in range(int(series.attributes["n_blocks"]), 0, -1):
-        begin = time[0] if time.size else np.nan
-        start = None
+        begin, start = time[0] if time.size else np.nan, None
         for event in events[events["block"] == block]:
             if event["kind"] == "slip":
                 start = event["time"]
                 continue
-            instants = [begin, start, event["time"]]
-            if start is not None and all(map(partial(_sampled, time), instants, instants[1:])):
-                return Event(block, *map(float, instants))
-            begin, start = event["time"], None
+            stop = event["time"]
+            if start is not None and _sampled(time, begin, start) and _sampled(time, start, stop):
+                return Event(block, begin, start, stop)
+            begin, start = stop, None
     return None
 
 
@@ -136,8 +134,7 @@ def _draw_noise(axes, external, friction, chain):
     axes.axhline(kinetic, color="0.5", linewidth=0.8, linestyle=":", zorder=3)
     axes.axhspan(kinetic - deviation, kinetic + deviation, color="0.88", linewidth=0, zorder=0)
     axes.plot(external, friction, color=style.VERMILION, linewidth=0.5, rasterized=True)
-    words = f"measured {np.std(friction):.2f}, $f_s \\sigma$ = {deviation:.2f}"
-    panels.remark(axes, words)
+    panels.remark(axes, f"measured {np.std(friction):.2f}, $f_s \\sigma$ = {deviation:.2f}")
 
 
 def _draw_level(axes, level, text):
