@@ -7,12 +7,22 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.signal import lfilter
 
+import recorded
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.replication.camera.scene import lengths_of_blocks
 from beltrepro.replication.studies.experiment.figures import draw_trace
+from beltrepro.replication.studies.experiment.measure import (
+    TABLES,
+    longest_slip_of_all_s,
+    recordings,
+    tracking_error,
+)
+from beltrepro.stats.intermittency import slips_of_all
+from beltrepro.stats.lines import lines, spacing
 
-RATE = 24.0
+RATE = recorded.RATE
+FULL = recorded.recordings()
 
 
 def instants(seconds):
@@ -27,8 +37,9 @@ def bursts(seconds=200.0, quiet=((40.0, 100.0), (150.0, 158.0))):
 
 
 def test_r_of_a_sine_is_its_amplitude_over_root_two_and_the_mean():
-    time = instants(100.0)
-    recording = analyse(time, 0.9 + 0.1 * np.sin(2 * np.pi * 0.5 * time))
+    time = instants(140.0) + 7
+    x = np.where(time < 47, 3.0, 0.9 + 0.1 * np.sin(2 * np.pi * 0.5 * time))
+    recording = analyse(time, x, transient_s=40.0)
     assert recording.disorder_parameter == pytest.approx(0.1 / np.sqrt(2) / 0.9, rel=1e-3)
     assert recording.mean_length == pytest.approx(0.9, rel=1e-4)
     assert recording.observed_s == pytest.approx(100.0, rel=1e-3)
@@ -45,39 +56,26 @@ def test_means_are_over_time_and_not_over_frames():
     assert recording.observed_s == pytest.approx(100, rel=2e-3)  # the gap counts for nothing
 
 
-def test_dropped_frames_change_r_by_less_than_a_percent():
-    time, position = bursts()
-    kept = np.random.default_rng(3).random(time.size) > 0.1
-    whole, part = analyse(time, position), analyse(time[kept], position[kept])
-    assert part.disorder_parameter == pytest.approx(whole.disorder_parameter, rel=0.01)
-    assert part.small_share == pytest.approx(whole.small_share, abs=0.01)
+def test_a_time_without_three_frames_is_a_gap_whatever_the_rounding():
+    whole = np.arange(400) * (1 / RATE)
+    for lost, seen_s in ((2, 400 / RATE), (3, 397 / RATE)):
+        time = np.delete(whole, np.arange(100, 100 + lost))
+        assert analyse(time, np.ones(time.size)).observed_s == pytest.approx(seen_s - 1 / RATE)
 
 
 def test_quiet_stretches_are_found_and_only_long_ones_last():
-    whole, part = analyse(*bursts()), regimes(*bursts())
-    for name in ("disorder_parameter", "mean_length", "observed_s", "small_share", "lasting_share"):
-        assert getattr(part, name) == getattr(whole, name)
+    whole = analyse(*bursts())
     # A window of 5 s that holds a second of the burst can still be quiet; the quiet stretch of 8 s
     # is too short to last and belongs to what lies around it.
-    for stretches in (whole.small_s, part.small_s):
-        np.testing.assert_allclose(stretches, [[40, 100], [150, 158]], atol=1.3)
-    np.testing.assert_allclose(part.lasting_s, [[40, 100]], atol=1.3)
-    np.testing.assert_allclose(part.lively_s, [[0, 40], [100, 200]], atol=1.3)
+    np.testing.assert_allclose(whole.small_s, [[40, 100], [150, 158]], atol=1.3)
+    np.testing.assert_allclose(whole.lasting_s, [[40, 100]], atol=1.3)
+    np.testing.assert_allclose(whole.lively_s, [[0, 40], [100, 200]], atol=1.3)
     assert whole.small_share == pytest.approx(68 / 200, abs=0.03)
     assert whole.lasting_share == pytest.approx(60 / 200, abs=0.015)
     for lasting_s, share in ((5.0, whole.small_share), (48.0, whole.lasting_share), (72.0, 0.0)):
-        assert analyse(*bursts(), lasting_s=lasting_s).lasting_share == share
+        assert regimes(*bursts(), lasting_s=lasting_s).lasting_share == share
     assert analyse(*bursts(), quiet=0.2).small_share == 1.0
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
-    with pytest.raises(NotEnoughDataError, match="10 samples, 32 are needed"):
-        regimes(np.arange(10.0), np.ones(10))
-
-
-def test_the_transient_is_left_out():
-    time, position = bursts()
-    recording = analyse(time + 7, np.where(time < 40, 3.0, position), transient_s=40.0)
-    assert recording.time_s[0] == pytest.approx(47.0)
-    assert recording.x_m.max() < 1.1
 
 
 def test_spectra_of_the_parts_have_their_frequencies():
@@ -123,8 +121,6 @@ def test_the_length_of_blocks_lowers_r_as_much_as_it_raises_the_mean():
         along_tape.disorder_parameter * along_tape.mean_length / of_springs.mean_length
     )
     assert of_springs.x_m.min() == pytest.approx(x.min())
-    with pytest.raises(NotEnoughDataError, match=r"less than the 0\.8 m of blocks"):
-        analyse(time, x, blocks_m=0.8)
 
 
 def test_what_lasts_longer_than_the_recording_has_no_error():
@@ -183,7 +179,7 @@ def test_too_few_or_wrong_data_are_refused_in_a_line(time, position, words):
 
 
 def test_the_trace_is_broken_where_nothing_was_seen():
-    time = np.concatenate([np.arange(0, 5.0), np.arange(8.5, 11.0), np.arange(11.5, 20.0, 2.5)])
+    time = np.concatenate([np.arange(0, 5.0), np.arange(8.6, 11.0), np.arange(11.5, 20.0, 2.5)])
     recording = SimpleNamespace(
         time_s=time, x_m=0.5 + 0.01 * time, interval_s=1.0, mean_length=0.6, small_share=0.25,
         small_s=np.array([[1.0, 3.0], [12.0, 19.0]]), disorder=SimpleNamespace(words="0.13"),
@@ -197,3 +193,93 @@ def test_the_trace_is_broken_where_nothing_was_seen():
     spans = [patch.get_x() for patch in axes.patches]
     assert spans == [1.0, 12.0] and axes.lines[1].get_ydata() == [60.0, 60.0]
     assert words == ("$r$ = 0.13", "small amplitude 25 % of the time, 7 s at most")
+
+
+# --- lines of a spectrum --------------------------------------------------------------------------
+
+
+def waves(frequencies, seconds=60.0, noise=1e-3):
+    time = np.arange(round(seconds * RATE)) / RATE
+    random = np.random.default_rng(3).normal(0, noise, time.size)
+    return sum(np.cos(2 * np.pi * f * time + f) for f in frequencies) + random
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "multiples"),
+    [(0.57 * np.arange(1, 7), True), ([0.59, 1.73, 2.45, 3.02, 3.4], False)],
+)
+def test_lines_are_found_at_their_places_and_tested_for_equal_distances(frequencies, multiples):
+    spectral_lines = lines(waves(frequencies), 1 / RATE)
+    assert spectral_lines.peaks_hz == pytest.approx(frequencies, abs=0.02)
+    assert spectral_lines.flatness < 0.01
+    step = spacing(spectral_lines.peaks_hz)
+    assert (step.p < 0.01) if multiples else (step.p > 0.05)
+    assert not multiples or step.step_hz == pytest.approx(0.57, abs=0.003)
+
+
+@pytest.mark.thorough
+def test_random_peaks_are_seldom_taken_for_multiples():
+    random = np.random.default_rng(5)
+    p = [spacing(np.sort(random.uniform(0, 2.8, 6)) + 0.2 + 0.15 * np.arange(6)).p
+         for _ in range(40)]  # fmt: skip
+    assert np.mean(np.array(p) < 0.05) < 0.15
+    assert 0.25 < np.median(p) < 0.75
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9])
+def test_noise_has_a_flat_spectrum_without_lines(memory):
+    random = np.random.default_rng(1).normal(size=24 * 200)
+    spectral_lines = lines(lfilter([1], [1, -memory], random), 1 / RATE)
+    assert spectral_lines.flatness > 0.8
+    assert spectral_lines.peaks_hz.size == 0
+
+
+# --- slips of all blocks --------------------------------------------------------------------------
+
+
+def test_all_slip_where_no_block_is_stuck():
+    # two blocks: the first sticks from 2 to 3, the second from 2.5 to 4 and turns at 6
+    time, slipping = np.array([1.0, 5.0, 9.0]), np.array([[-3.0, 2.0], [0, 0], [0, 0]])
+    rows = [(0.5, 1, "slip"), (2, 1, "stick"), (2.5, 2, "stick"), (3, 1, "slip"), (4, 2, "slip")]
+    events = np.array([*rows, (6, 2, "stick"), (6, 2, "slip")], recorded.EVENTS)
+    assert slips_of_all(time, slipping, events).tolist() == [[1, 2], [4, 6], [6, 9]]
+    assert slips_of_all(time, slipping, events[:1]).tolist() == [[1, 9]]
+    one_stuck = np.array([[-3.0, 1e-12], [0, 0], [0, 0]])
+    assert slips_of_all(time, one_stuck, events[:0]).size == 0
+    assert slips_of_all(time, one_stuck, events[4:5]).tolist() == [[4, 9]]
+    assert slips_of_all(time[:0], slipping[:0], events).shape == (0, 2)
+
+
+def test_the_longest_slip_of_all_blocks_is_told_in_seconds():
+    """In `belt_028` every block sticks each half second, but for 120 s."""
+    assert longest_slip_of_all_s(FULL["belt_028"]) == pytest.approx(120, abs=0.6)
+
+
+# --- errors of a track ----------------------------------------------------------------------------
+
+
+def test_errors_of_a_track():
+    true = 0.7 + 0.1 * np.sin(np.arange(2000))
+    number = np.flatnonzero(np.arange(2000) % 7)
+    noise = np.random.default_rng(0).normal(0, 1e-4, number.size)
+    error = tracking_error(number / RATE, 1.001 * true[number] + 5e-4 + noise, true, 1 / RATE)
+    assert error.scale == pytest.approx(1e-3, abs=1e-4)
+    assert error.offset == pytest.approx(5e-4 + 7e-4, abs=2e-5)
+    assert error.scatter == pytest.approx(np.hypot(1e-4, 1e-4 / np.sqrt(2)), rel=0.05)
+    assert error.largest > error.offset + 2 * error.scatter
+    for time in (np.arange(50) / RATE + 0.01, np.arange(2001) / RATE):
+        with pytest.raises(NotEnoughDataError, match="other instants"):
+            tracking_error(time, np.ones(time.size), true, 1 / RATE)
+
+
+def test_table_has_a_row_for_each_film_with_its_errors():
+    table = recordings(FULL).set_index("film")
+    assert list(table.index) == ["belt_022", "belt_028", "belt_035"]
+    assert set(TABLES["recordings"].columns) - {"film"} <= set(table.columns)
+    row = table.loc["belt_028"]
+    assert row["belt_speed"] == pytest.approx(0.28)
+    assert row["r_run"] == pytest.approx(float(FULL["belt_028"].arrays["disorder_parameter"]))
+    assert row["r_sampled"] == pytest.approx(row["r_run"], rel=1e-4)
+    assert row["scatter"] == pytest.approx(1e-4 / recorded.PIXEL, rel=0.02)
+    assert row["small_tracked"] == pytest.approx(0.12, abs=0.003)
+    assert row["seconds"] == pytest.approx(1000)

@@ -53,7 +53,10 @@ ROWS = "".join(f"{row / 24},{0.8 + 0.01 * (row % 9)}\n" for row in range(60))
         (["--window=0.1"], "window = 0.1: it must hold 3 samples or more"),
         (["--quiet=nan"], "quiet"),
         (["--block-length=-1"], "block_length = -1"),
-        (["--block-length=0.2"], "0.8 m: less than the 0.9 m of blocks in it"),
+        (
+            ["--block-length=0.2"],
+            "0.8 m: it must be measured from the support, and hold the 0.9 m of",
+        ),
         (["--n-blocks=0"], "n_blocks = 0"),
         (["--output=figure.mp3"], "must end in .png"),
     ],

@@ -25,10 +25,6 @@ def shown(name, *, also=(), **changed):
     return drawn.panels_of(made.draw(name, made.data_of(name, also=also, **changed)))
 
 
-def changed(data, **arrays):
-    return Dataset(data.arrays | arrays, data.attributes)
-
-
 # --- what scans must look like --------------------------------------------------------------------
 
 
@@ -101,37 +97,26 @@ def test_fig07_is_the_friction_of_one_event_of_the_last_block():
 # --- series ---------------------------------------------------------------------------------------
 
 
-def is_spectrum(panel, data, *, printed=None):
-    """Of x_N after the transient: the power, or the amplitude with a fitted and a printed law."""
+def is_spectrum(panel, data, prefactor, exponent):
+    """The amplitude of x_N after the transient, with a fitted and a printed law."""
     time = data.arrays["time"]
-    after = time >= data.attributes["transient"]
-    position = data.arrays["positions"][after, -1]
-    frequency, power = spectra.power_spectrum(position, time[1] - time[0])
-    lines = 0 if printed is None else 2
-    shown = power if printed is None else np.sqrt(2 * power / 1e6)
-    quantity = r"power $S(\nu)$" if printed is None else r"amplitude $A(\nu)$"
-    panel.draws(r"$\nu$", quantity, (frequency, shown), scales="log log", more=lines)
-    if printed is not None:
-        # of the mean of the spectra of stretches of ten cycles of the lowest frequency
-        count = int(position.size * (time[1] - time[0]) * 0.003 / 10)
-        stretches = np.split(position[: position.size // count * count], count)
-        powers = [spectra.power_spectrum(part, time[1] - time[0]) for part in stretches]
-        law = spectra.fit_power_law(*np.mean(powers, axis=0), low=0.003, high=0.3)
-        assert 4 <= count <= 20
-        ends = np.array([0.003, 0.3])
-        fitted, paper = panel.curve("fit: "), panel.curve("paper: $0.0016")
-        assert f"{law.exponent / 2:.2f}" in fitted.label
-        np.testing.assert_allclose(fitted.y, np.sqrt(2 * law(ends) / 1e6))
-        np.testing.assert_allclose(paper.y, printed[0] * ends ** printed[1])
-        assert paper.line == "--"
-
-
-def is_slope(panel, printed, ends, law):
-    """A dashed line of the printed slope through the middle of a law."""
-    paper = panel.curve(f"paper: {printed:g}".replace("-", "\N{MINUS SIGN}"))
-    np.testing.assert_allclose(paper.x, ends)
-    assert np.diff(np.log(paper.y)) / np.diff(np.log(paper.x)) == pytest.approx(printed)
-    assert np.prod(paper.y) == pytest.approx(np.prod(law(ends))) and paper.line == "--"
+    interval = time[1] - time[0]
+    position = data.arrays["positions"][time >= data.attributes["transient"], -1]
+    frequency, power = spectra.power_spectrum(position, interval)
+    shown = frequency, np.sqrt(2 * power / 1e6)
+    panel.draws(r"$\nu$", r"amplitude $A(\nu)$", shown, scales="log log", more=2)
+    # of the mean of the spectra of stretches of ten cycles of the lowest frequency
+    count = int(position.size * interval * 0.003 / 10)
+    stretches = np.split(position[: position.size // count * count], count)
+    powers = [spectra.power_spectrum(part, interval) for part in stretches]
+    law = spectra.fit_power_law(*np.mean(powers, axis=0), low=0.003, high=0.3)
+    assert 4 <= count <= 20
+    ends = np.array([0.003, 0.3])
+    fitted, paper = panel.curve("fit: "), panel.curve(f"paper: ${prefactor}")
+    assert f"{law.exponent / 2:.2f}" in fitted.label
+    np.testing.assert_allclose(fitted.y, np.sqrt(2 * law(ends) / 1e6))
+    np.testing.assert_allclose(paper.y, prefactor * ends**exponent)
+    assert paper.line == "--"
 
 
 def is_zoom(panel, inner, x, y, begin, end):
@@ -147,7 +132,7 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     time, relative = arrays["time"][last], arrays["velocities"][last, 4] - 1.0
     upper.draws("", "$x_N$", (time, arrays["positions"][last, 4]))
     lower.draws("$t$", "$v_{rN}$", (time, relative))
-    is_spectrum(spectrum, dataset("u1"), printed=(0.0016, -1.21))  # caption of Fig. 8
+    is_spectrum(spectrum, dataset("u1"), 0.0016, -1.21)  # caption of Fig. 8
     middle = time[np.argmin(relative)]
     is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
 
@@ -156,7 +141,8 @@ def test_a_slip_that_never_ends_is_one_laminar_phase():
     data = dataset("n10_u34")
     events, velocities = data.arrays["events"], data.arrays["velocities"].copy()
     velocities[..., -1] = 1.0
-    data = changed(data, events=events[events["block"] != 10], velocities=velocities)
+    changed = {"events": events[events["block"] != 10], "velocities": velocities}
+    data = Dataset(data.arrays | changed, data.attributes)
     panel = shown("fig20", n10_u34=data)[2]
     assert ": 1 laminar phase, 100% of" in panel.title and len(panel.spans) == 1
 
@@ -200,7 +186,11 @@ def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
         law = panel.curve(r"$\alpha")
         exponent = np.diff(np.log(law.y)) / np.diff(np.log(law.x))
         assert f"= {exponent[0]:.2f}$" in law.label
-        is_slope(panel, printed, law.x, lambda x, law=law: law.y)
+        # dashed, of the printed slope, through the middle of the law
+        paper = panel.curve(f"paper: {printed:g}".replace("-", "\N{MINUS SIGN}"))
+        np.testing.assert_allclose(paper.x, law.x)
+        assert np.diff(np.log(paper.y)) / np.diff(np.log(paper.x)) == pytest.approx(printed)
+        assert np.prod(paper.y) == pytest.approx(np.prod(law.y)) and paper.line == "--"
 
 
 def section(name):
@@ -331,17 +321,3 @@ def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point_and_the_sha
     all_runs = [np.repeat((u, made.laminar(u, s)), 3, axis=1) for s in (0.0, 1.0, 2.2, 5.0)]
     below.draws("$u$", "laminar share", *shares, *all_runs)
     assert below.guides == [("y", low), ("y", high)]
-
-
-def test_fig22_is_a_diagram_of_all_noises_for_each_number_of_blocks():
-    for panel, n in zip(shown("fig22"), made.SIZES, strict=True):
-        assert f"$N = {n}$, $x_N = {111 * n}$" in panel.title
-        noises = (0.0, 1.0, 5.0)
-        diagrams = []
-        for s, aside in zip(noises, (-0.32, 0, 0.32), strict=True):  # side by side in a column
-            u, velocity = crossings("size_rows", n, s)
-            diagrams.append((u + aside, velocity, rf"$\sigma = {s:g}$"))
-        panel.draws("$u$" if n > 6 else "", "" if n in (3, 6, 10) else "$v_N$", *diagrams)
-
-
-# --- the virtual experiment -----------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 import dataclasses
 import importlib
-import re
 import subprocess
 import sys
 
@@ -22,15 +21,6 @@ from beltrepro.replication.drawing import style
 from beltrepro.replication.plan import registry
 
 FIGURES = registry.figures()
-PANELS = {"Two": 2, "Three": 3, "Four": 4, "Five": 5, "Six": 6, "Twelve": 12}
-
-
-def some(every):
-    """Names of all figures; only one of so many is drawn in the quick tests."""
-    return [
-        pytest.param(name, marks=[] if index % every == 0 else pytest.mark.thorough)
-        for index, name in enumerate(FIGURES)
-    ]
 
 
 def written(figure, folder):
@@ -48,10 +38,7 @@ def test_draws(name):
     assert figure.get_figheight() < 2 * figure.get_figwidth()  # with its caption it fits a page
     # the insets of the paper are panels here, so that they cover no data
     assert not any(axes.child_axes for axes in figure.axes)
-    panels = drawn.panels_of(figure)
-    first = FIGURES[name].alt.split()[0]
-    assert PANELS.get(first, len(panels)) == len(panels)
-    for panel in panels:
+    for panel in drawn.panels_of(figure):
         assert panel.axes.has_data(), "an empty panel"
         looks = {curve.label: curve.look for curve in panel.curves if curve.label}
         assert len(set(looks.values())) == len(looks), "two curves of a legend look alike"
@@ -61,16 +48,10 @@ def test_draws(name):
             assert panel.ylabel or not place.is_first_col()
 
 
-@pytest.mark.parametrize("name", some(12))
-def test_is_saved_as_pixels_and_as_pdf(name, tmp_path):
-    png, pdf = written(made.draw(name, made.data_of(name)), tmp_path)
-    assert pdf.read_bytes().startswith(b"%PDF")
-    assert imread(png)[..., :3].std() > 0.04
-
-
 def test_drawn_again_it_has_the_same_bytes_in_one_style_and_any_format(tmp_path):
     figure = made.draw("fig06", {})
     png, pdf = written(figure, tmp_path / "plain")
+    assert pdf.read_bytes().startswith(b"%PDF") and imread(png)[..., :3].std() > 0.04
     for name in ("again.pdf", "again.svg", "again.png"):
         style.write(figure, tmp_path / name, "figure")
     with matplotlib.rc_context({"font.size": 20, "savefig.dpi": 50, "lines.linewidth": 5}):
@@ -86,34 +67,32 @@ def hardly(name):
         return recorded.cut(data, 2)
     if isinstance(data, pd.DataFrame):
         return data.head(rows)
-    if not isinstance(data, Dataset):
-        return data
     by_run = data.arrays.get("n_blocks", data.arrays.get("belt_velocity"))
     arrays = {
         key: values[:rows] if by_run is None or len(values) == len(by_run) else values
         for key, values in data.arrays.items()
         if values.ndim
     }
-    for key in ("disorder_parameter", "section_velocity"):
-        if key in arrays:
-            arrays[key] = np.full_like(arrays[key], np.nan)
+    for key in {"disorder_parameter", "section_velocity"} & set(arrays):
+        arrays[key] = np.full_like(arrays[key], np.nan)
     return Dataset(arrays, data.attributes)
+
+
+# not those whose datasets have something at every point: both integrators, trials and films
+ALWAYS_FULL = ("agreement", "experiment", "fig02", "fig03", "fig05")
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    "name",
-    [name for name, entry in FIGURES.items() if entry.uses and entry.category[:5] != "Integ"],
+    "name", [name for name in FIGURES if FIGURES[name].uses and not name.startswith(ALWAYS_FULL)]
 )
 @pytest.mark.filterwarnings("error")
 def test_says_what_is_missing(name, tmp_path):
     with pytest.raises(InputError, match="needs the dataset"):
         made.draw(name, {})
-    checks = [used for used in FIGURES[name].uses if used.endswith("_check")]
-    data = {used: hardly(used) for used in FIGURES[name].uses if used not in checks}
-    figure = made.draw(name, data)
-    figure.set_layout_engine("none")
-    figure.savefig(tmp_path / "figure.png", dpi=50)
+    uses = [used for used in FIGURES[name].uses if not used.endswith("_check")]
+    figure = made.draw(name, {used: hardly(used) for used in uses})
+    written(figure, tmp_path)
     assert all(axes.has_data() or axes.texts for axes in figure.axes), "an empty panel, no word"
     assert any(" " in text.get_text() for axes in figure.axes for text in axes.texts)
 
@@ -125,17 +104,12 @@ def test_every_figure_is_registered_as_it_says():
     for name, entry in FIGURES.items():
         module = importlib.import_module(entry.module)
         words = {name: getattr(entry, name) for name in ("title", "words", "alt")}
+        assert all(words.values())
         assert entry == dataclasses.replace(module.FIGURES[name], **words)
         assert getattr(module, name).__module__ == entry.module
         assert not entry.number or name == f"fig{int(entry.number):02d}"
-        assert not re.search(r"\d+ (panels|diagrams|maps|curves)", entry.alt)
-    for field in ("title", "words", "alt"):
-        texts = [getattr(entry, field) for entry in FIGURES.values()]
-        assert len(set(texts)) == len(texts) and min(map(len, texts)) > 20
     numbers = [int(entry.number) for entry in FIGURES.values() if entry.number]
     assert numbers == [*range(1, 23)]  # those of the paper first, in its order
-    order = [registry.CATEGORIES.index(entry.category) for entry in FIGURES.values()]
-    assert order == sorted(order)
 
 
 def test_the_registry_imports_no_figure():
@@ -161,5 +135,4 @@ def test_a_bad_entry_is_one_line(tmp_path, entry, complaint):
     (tmp_path / "figures.py").write_text(f"NAME = 3\nFIGURES = {{'fig03': {entry}}}\n")
     with pytest.raises(InputError) as caught:
         registry.figures(tmp_path)
-    message = str(caught.value)
-    assert complaint in message and "\n" not in message
+    assert complaint in str(caught.value) and "\n" not in str(caught.value)

@@ -13,33 +13,44 @@ RNG = np.random.default_rng
 # --- avalanches -----------------------------------------------------------------------------------
 
 
+def histogram(values, chain=0, bins_per_decade=1):
+    values = np.asarray(values, dtype=float)
+    chain = np.broadcast_to(chain, values.shape)
+    return avalanches.Histogram.of(avalanches.Sample(values, chain), bins_per_decade)
+
+
 def test_a_histogram_by_hand():
-    centre, result, count = avalanches.log_histogram(
-        [1, 2, 20, 300, 1000, 0, -5], bins_per_decade=1
-    )
-    np.testing.assert_allclose(centre, np.sqrt([10, 1000, 1e5]))
-    assert count.tolist() == [2, 1, 2]
-    np.testing.assert_allclose(
-        result, np.array([2, 1, 2]) / (5 * np.array([9, 90, 900])), rtol=1e-9
-    )
-    part = avalanches.log_histogram([1, 2, 20, 300, 1000], bins_per_decade=1, low=10, high=100)
-    assert part[2].tolist() == [1] and part[1] == pytest.approx([1 / (5 * 90)])
+    by_hand = histogram([1, 2, 20, 300, 1000, 0, -5])
+    np.testing.assert_allclose(by_hand.centre, np.sqrt([10, 1000, 1e5]))
+    assert by_hand.count.tolist() == [2, 1, 2]
+    expected = np.array([2, 1, 2]) / (5 * np.array([9, 90, 900]))
+    np.testing.assert_allclose(by_hand.density, expected, rtol=1e-9)
     # edges at whole multiples of a tenth of a decade, whatever the values
-    centre, _, count = avalanches.log_histogram([1.3, 1.9], bins_per_decade=10)
-    np.testing.assert_allclose(centre, 10 ** np.array([0.15, 0.25]))
-    assert count.tolist() == [1, 1]
+    fine = histogram([1.3, 1.9], bins_per_decade=10)
+    np.testing.assert_allclose(fine.centre, 10 ** np.array([0.15, 0.25]))
+    assert fine.count.tolist() == [1, 1]
     with pytest.raises(NotEnoughDataError, match="no positive value"):
-        avalanches.log_histogram([0.0, -1], bins_per_decade=5)
+        histogram([0.0, -1])
 
 
-def test_the_falling_range_at_its_edges():
-    centre, result = np.arange(1.0, 6), np.array([1, 5, 4, 3, 2.0])
-    assert avalanches.falling_range(centre, result, np.array([10, 10, 10, 10, 9])) == (2, 4)
-    assert avalanches.falling_range(centre, result, np.full(5, 10)) == (2, 5)
-    with pytest.raises(NotEnoughDataError, match="holds 10 values"):
-        avalanches.falling_range(centre, result, np.array([90, 90, 9, 90, 90]))
-    with pytest.raises(NotEnoughDataError):
-        avalanches.falling_range(centre, result[::-1] * [1, 1, 1, 1, 99], np.full(5, 90))
+@pytest.mark.parametrize(
+    ("count", "ends"),
+    [
+        ((9, 99, 50, 30, 20, 9, 40), (1, 4)),
+        ((9, 99, 50, 30, 20, 10, 40), (1, 6)),
+        ((9, 99, 9, 30, 20, 10, 40), None),
+        ((10, 20, 30, 40, 50, 60, 999), None),
+    ],
+)
+def test_the_falling_range_at_its_edges(count, ends):
+    centre = 10.0 ** np.arange(7)
+    made = avalanches.Histogram(centre, np.ones(7), np.array([count]))
+    if ends is None:
+        with pytest.raises(NotEnoughDataError, match="holds 10 values"):
+            made.law(falling=True)
+    else:
+        law = made.law(falling=True)
+        assert (law.low, law.high) == pytest.approx(centre[list(ends)])
 
 
 def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
@@ -47,11 +58,12 @@ def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
     values = 20 * (1 - rng.random(chain.size) * (1 - 12**-0.8)) ** (-1 / 0.8)
     values[rng.random(chain.size) < 0.1] /= 3
     fit = avalanches.scale_free_fit(avalanches.Sample(values, chain))
-    centre, density, _ = avalanches.log_histogram(values, bins_per_decade=10)
-    tail = values >= centre[np.argmax(density)]
-    assert (fit.low, fit.high, fit.chains) == (values[tail].min(), values.max(), 5)
-    law = power_law.fit_law(np.log(values[tail]).mean(), fit.low, fit.high)
-    assert fit.exponent.value == pytest.approx(law.exponent) and fit.exponent.runs == 5
+    fine = histogram(values, bins_per_decade=10)
+    tail = values[values >= fine.centre[np.argmax(fine.density)]]
+    law = power_law.fit_law(np.log(tail).mean(), tail.min(), values.max())
+    exponent = fit.also["exponent"]
+    assert exponent.value == pytest.approx(law.exponent) and exponent.runs == 5
+    assert fit.also["decades"].value == pytest.approx(np.log10(law.high / law.low))
 
 
 # --- spectra and densities ------------------------------------------------------------------------
@@ -75,12 +87,12 @@ def test_a_velocity_density_by_hand():
         "belt_velocity": np.array([2.0, 1.0, 2.0]),
         "section_velocity": np.array([[0.5, 1.5], [0.5, np.nan], [1.5, 9.0]]),
     }
-    u_edges, v_edges, result = measure.velocity_density(row, bins=4, range=(0.0, 2.0))
-    assert u_edges.tolist() == [0.5, 1.5, 2.5] and v_edges.tolist() == [0, 0.5, 1, 1.5, 2]
+    u, v, result = measure.velocity_density(row, bins=4, range=(0.0, 2.0))
+    assert u.tolist() == [1, 2] and v.tolist() == [0.25, 0.75, 1.25, 1.75]
     assert result[:, 0].tolist() == [0, 2, 0, 0]
     np.testing.assert_allclose(result[:, 1], [0, 2 / 3, 0, 4 / 3])
     one = {"belt_velocity": np.array([3.0]), "section_velocity": np.array([[1.0]])}
-    assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [2.5, 3.5]
+    assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [3]
 
 
 # --- intermittency --------------------------------------------------------------------------------
@@ -293,9 +305,8 @@ def test_a_power_spectrum_is_normalised_to_the_variance():
 
 @pytest.mark.parametrize("exponent", [-0.87, -1.47, -2.5])
 def test_power_law_exponents_are_recovered_over_less_than_a_decade(exponent):
-    values = bounded_power_law(exponent, 60, 400, 20_000)
-    histogram = avalanches.log_histogram(values, bins_per_decade=20, low=60, high=400)
-    line = avalanches.fit_density(*histogram, low=65, high=350)
+    values = bounded_power_law(exponent, 10**1.8, 10**2.6, 20_000)  # edges of bins
+    line = histogram(values, bins_per_decade=20).law()
     assert line.exponent == pytest.approx(exponent, abs=0.1)
 
 
@@ -308,8 +319,7 @@ def test_errors_of_a_density_come_from_the_scatter_of_runs():
         place = np.repeat(rng.random(n_runs) < 0.3, values_a_run)
         values = np.where(place, 2.0, 30.0)
         run = np.repeat(np.arange(n_runs), values_a_run)
-        centre, density, _ = avalanches.log_histogram(values, bins_per_decade=1, low=1, high=100)
-        error = avalanches.density_error(values, run, centre, bins_per_decade=1)
-        results.append((density[0], error[0]))
+        made = histogram(values, run)
+        results.append((made.density[0], made.error[0]))
     densities, errors = np.array(results).T
     assert errors.mean() == pytest.approx(densities.std(), rel=0.1)

@@ -5,7 +5,6 @@ import pytest
 
 import figure_data
 from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
-from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan.attractors import basin_starts, sweeps
 from beltrepro.replication.studies.branches import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
@@ -83,21 +82,6 @@ def test_falls_of_made_up_sweeps():
     assert np.all(at.loc["up", "share"] == 0.0) and np.all(at.loc["down", "share"] == 1.0)
 
 
-def test_figure_marks_ends_and_shares():
-    data = figure_data.data_of("branches")
-    orbits, starts, _ = figure_data.draw("branches", data).axes
-    lines = {line.get_label(): line.get_xydata() for line in orbits.lines}
-    assert lines["grazing"].tolist() == [[17.0, 0.014], [35.5, 0.012]]
-    assert lines["bifurcation"].tolist() == [[21.0, 0.13]]
-    rest = starts.containers[0].lines[0].get_ydata()
-    shares = data["basin_shares"]
-    rows = shares[(shares["n_blocks"] == 5) & (shares["start_energy"] == 0)]
-    assert rest.tolist() == rows["share"].tolist()
-    assert all(line.get_linestyle() == "None" for line in orbits.lines)  # branches are never joined
-    sizes = [word.get_size() for word in [*starts.get_legend().get_texts(), starts.xaxis.label]]
-    assert min(sizes) >= 6
-
-
 # --- what explains the fall of r ------------------------------------------------------------------
 
 VELOCITIES = np.arange(14.0, 22)
@@ -145,12 +129,6 @@ def test_the_begin_of_the_orbits_that_are_found(changes, verdict):
     numbers = measured("orbits-of-small-r", basins=starts(**changes)).numbers
     value = changes.get("begin", 17.1)
     assert numbers["first begin"].numbers == pytest.approx((value, value - 1e-3, value + 1e-3))
-
-
-@pytest.mark.parametrize("place", [{"first": 30.0}, {"begin": 14.0}])
-def test_where_no_start_falls_or_none_lies_below_nothing_is_judged(place):
-    with pytest.raises(NotEnoughDataError, match=r"half of the starts|no start at"):
-        measured("orbits-of-small-r", basins=starts(**place))
 
 
 @pytest.mark.parametrize(

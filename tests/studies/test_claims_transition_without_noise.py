@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
+from beltrepro.replication.verdicts.evidence import EXACT
+from beltrepro.stats import states
 from made_up import (
     both,
     escapes,
@@ -15,14 +16,12 @@ from made_up import (
     joined,
     measured,
     motion_map,
-    readings,
     scan,
     scan_of_laws,
     settled,
 )
 
 U = [6, 8, 10, 12, 13, 14, 15, 15.5, 16, 16.5, 17, 17.5, 18, 19, 20, 21, 22, 24, 28, 33]
-SCHEME, EXACT = "the paper's scheme", "exact dynamics"
 
 # --- the fall of r --------------------------------------------------------------------------------
 
@@ -64,18 +63,6 @@ def test_runs_of_large_r_beyond_the_transition_are_no_part_of_the_low_branch():
     stray["disorder_parameter"][beyond] = 0.12  # r does not fall
     answer = grades("r-jump", **made)
     assert (answer["r_periodic"], answer["ratio"]) == (NO, NO)
-    few = {"n5_replicates_check": scan_of_laws([6, 8, 18], falling())}
-    with pytest.raises(NotEnoughDataError, match="0 runs below the transition, 8 beyond it"):
-        measured("r-jump", **few)
-
-
-def test_the_readings_of_the_fall_use_the_scans_of_their_names():
-    scans = ("n5_replicates_check", "n5_replicates", "n5_replicates_wide")
-    made = {name: scan_of_laws(U, falling(high=0.1 + 0.02 * k)) for k, name in enumerate(scans)}
-    names = (SCHEME, EXACT, "wider starts")
-    values = [measured("r-jump", name, **made).judged["r_chaotic"].value for name in names]
-    assert values == pytest.approx([0.1, 0.12, 0.14], abs=0.003)
-    assert tuple(readings("u-critical", made)) == names
 
 
 @pytest.mark.parametrize(
@@ -162,16 +149,6 @@ def test_whether_large_r_is_the_rule_beyond_the_transition(share, label, verdict
     assert grades("outliers", "robust", **runs)[""] == verdict
 
 
-def test_how_few_points_and_runs_tell_of_outliers():
-    """Three points of the row do, at places that are given; three runs from drawn starts do not."""
-    row = {"n5_rows": of_large_r((), "periodic", [20, 20.5, 21.5, 22])}
-    with pytest.raises(NotEnoughDataError, match=r"2 runs at 20.*, 3 are needed"):
-        measured("outliers", **row, **replicates())
-    runs = replicates() | {"n5_replicates": of_large_r((), "periodic", [18, 20.5, 21, 21.5, 28])}
-    with pytest.raises(NotEnoughDataError, match=r"3 runs at 20.*, 4 are needed"):
-        measured("outliers", EXACT, **runs)
-
-
 # --- u = 20 ---------------------------------------------------------------------------------------
 
 
@@ -204,16 +181,6 @@ def test_transients_at_u20(counts, verdicts):
     assert longer.runs == ended if ended else np.isnan(longer.value)
 
 
-def test_transients_need_runs_at_u20_of_twice_the_printed_length():
-    with pytest.raises(NotEnoughDataError, match="runs of 7999 cannot show lifetimes of 4000"):
-        measured("u20-transient", **escapes(9, 9, 0, 0, duration=7999.0))
-    with pytest.raises(NotEnoughDataError, match="0 runs with belt_velocity = 20"):
-        measured("u20-transient", **escapes(9, 9, 0, 0, u=20.5))
-    beside = {"n5_rows": scan_of_laws([19.5, 20.5], falling(), replicates=1)}
-    with pytest.raises(NotEnoughDataError, match="0 points of the row at u = 20"):
-        measured("u20-transient", **escapes(9, 9, 0, 0), **beside)
-
-
 def test_runs_on_one_orbit_are_told_from_chaotic_ones():
     runs = escapes(0, 0, 5, 40)["lifetimes"].arrays
     assert measure.on_shared_orbits(runs, 2000.0).tolist() == [True] * 5 + [False] * 40
@@ -229,17 +196,17 @@ def test_runs_on_one_orbit_are_told_from_chaotic_ones():
 @pytest.mark.parametrize(
     ("escaped", "disorder", "rates", "label"),
     [
-        (1, 0.0499, [0.1, 0.0], measure.SMALL_SLIP),
-        (1, 0.05, [0.1, 0.0], measure.LARGE_SLIP),
-        (0, 0.13, [0.1, 0.0], measure.STICK_SLIP),  # still irregular, for all that is known
-        (1, 0.13, [0.0, 0.2], measure.STICK_SLIP),
-        (1, 0.0, [0.0, 0.1, np.nan], measure.STICK_SLIP),  # the last block of a shorter chain
-        (1, 0.0, [0.1, 0.0, np.nan], measure.SMALL_SLIP),
+        (1, 0.0499, [0.1, 0.0], states.SMALL_SLIP),
+        (1, 0.05, [0.1, 0.0], states.LARGE_SLIP),
+        (0, 0.13, [0.1, 0.0], states.STICK_SLIP),  # still irregular, for all that is known
+        (1, 0.13, [0.0, 0.2], states.STICK_SLIP),
+        (1, 0.0, [0.0, 0.1, np.nan], states.STICK_SLIP),  # the last block of a shorter chain
+        (1, 0.0, [0.1, 0.0, np.nan], states.SMALL_SLIP),
     ],
 )
 def test_attractors_are_labelled_by_sticks_and_amplitude(escaped, disorder, rates, label):
     runs = {"escaped": [escaped], "final_disorder": [disorder], "final_stick_rate": [rates]}
-    assert measure.labels_of({name: np.array(v * 2) for name, v in runs.items()})[1] == label
+    assert states.label_ends({name: np.array(v * 2) for name, v in runs.items()})[1] == label
 
 
 # --- lifetimes against u --------------------------------------------------------------------------
@@ -312,14 +279,6 @@ def test_runs_that_never_escape_say_nothing_of_the_lifetime():
     made = measured("transient-lifetime", lifetimes_wide=runs)
     assert made.also["tau near"].value == pytest.approx(1850, rel=0.15)
     assert made.also["tau far"].value == pytest.approx(470, rel=0.15)
-
-
-def test_lifetimes_longer_than_the_runs_are_not_measured():
-    with pytest.raises(NotEnoughDataError, match="longer runs are needed"):
-        measured("transient-lifetime", EXACT, survival=settling(dict.fromkeys(PLACES, 1e9)))
-    with pytest.raises(NotEnoughDataError, match="no lifetimes for 18 <= u <= 21"):
-        few = {u: 1000.0 for u in PLACES if u >= 24}
-        measured("transient-lifetime", EXACT, survival=settling(few))
 
 
 # --- continuous slip ------------------------------------------------------------------------------

@@ -2,23 +2,19 @@
 
 import itertools
 import math
-from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
 from beltrepro.base.store import Dataset
 from beltrepro.observe.slips import SLIP
 from beltrepro.replication.plan import registry
-from beltrepro.replication.plan.config import load_config
-from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.studies.integrators import measure as integrators
-from beltrepro.replication.studies.integrators import samples
-from beltrepro.replication.studies.transition.measure import STICK_SLIP, labels_of
+from beltrepro.stats.states import ATTRACTORS, STICK_SLIP, label_ends
 
 RNG = np.random.default_rng
-CONFIG = load_config(Path(__file__).parents[2] / "config.yaml")
 METHODS = ("verlet", "event")
 
 
@@ -33,7 +29,7 @@ def within(rate, expected, trials, sigmas=4.0):
 def test_a_comparison_of_samples_by_formulas_of_their_own():
     rng = RNG(8)
     one, two = rng.normal(5, 1, 12), rng.normal(6, 3, 7)
-    row = samples.compare_samples([*one, np.nan], two)
+    row = integrators.compare_samples([*one, np.nan], two)
     variance = [np.var(side, ddof=1) / side.size for side in (one, two)]
     z = (one.mean() - two.mean()) / math.sqrt(sum(variance))
     degrees = sum(variance) ** 2 / (variance[0] ** 2 / 11 + variance[1] ** 2 / 6)
@@ -55,30 +51,30 @@ def test_a_comparison_of_samples_by_formulas_of_their_own():
         "distance": pytest.approx(area / math.sqrt(np.mean(two**2))),
     }
     # of the C(16, 8) ways to mix two samples of 8, two keep them apart
-    assert samples.compare_samples(np.arange(8), np.arange(8) + 9)["p"] == pytest.approx(2 / 12870)
+    assert integrators.compare_samples(np.arange(8), np.arange(8) + 9)["p"] == pytest.approx(
+        2 / 12870
+    )
 
 
 def test_five_runs_are_a_sample_and_four_are_not():
-    assert np.isfinite(samples.compare_samples(np.arange(5), np.arange(5) + 0.5)["z"])
+    assert np.isfinite(integrators.compare_samples(np.arange(5), np.arange(5) + 0.5)["z"])
     for sizes in ((4, 5), (5, 4)):
         one, two = (np.arange(size, dtype=float) for size in sizes)
-        row = samples.compare_samples(one, two)
+        row = integrators.compare_samples(one, two)
         assert np.isnan([row["p"], row["z"], row["mean_p"]]).all()
-        shares = samples.compare_shares(one > 1, two > 1, labels=(True, False), counted=True)
+        shares = integrators.compare_labels(*(np.where(x > 1, *ATTRACTORS[:2]) for x in (one, two)))
         assert np.isnan([shares["p"], shares["z"]]).all()
         assert shares["mean_tested"] == np.mean(one > 1)
-    alone = samples.compare_samples([1.0], [2.0, 3.0])
+    alone = integrators.compare_samples([1.0], [2.0, 3.0])
     assert np.isnan(alone["error_tested"]) and alone["error_reference"] == pytest.approx(0.5)
-    assert np.isnan(samples.compare_samples([1.0, 2.0], [0.0, 0.0])["distance"])
-    empty = samples.compare_samples([], [1.0] * 8)
-    assert empty["n_tested"] == 0 and np.isnan(empty["distance"])
+    assert np.isnan(integrators.compare_samples([], [1.0] * 8)["distance"])
 
 
 def test_runs_that_do_not_differ_are_no_test_of_the_means():
-    same = samples.compare_samples(np.ones(8), np.ones(8))
+    same = integrators.compare_samples(np.ones(8), np.ones(8))
     assert (same["z"], same["p"]) == (0, 1) and np.isnan(same["mean_p"])
     for one, z in ((1.0, np.inf), (-1.0, -np.inf)):
-        other = samples.compare_samples(np.full(8, one), np.zeros(8))
+        other = integrators.compare_samples(np.full(8, one), np.zeros(8))
         assert (other["z"], other["mean_p"]) == (z, 0)
 
 
@@ -99,21 +95,25 @@ def test_the_p_of_shares_is_that_of_all_tables_with_the_same_margins():
             ways = zip(total.tolist(), first.tolist(), strict=True)
             chance = math.prod(math.comb(n, k) for n, k in ways)
             exact += (chi2(first) >= observed - 1e-9) * chance / math.comb(20, 10)
-    row = samples.compare_shares(tested, reference, labels=(0, 1, 2, 3), counted=0)
+    labels = np.array(ATTRACTORS)
+    row = integrators.compare_labels(labels[tested], labels[reference])
     assert row["p"] == pytest.approx(exact, abs=4 * math.sqrt(exact / 9999))
     assert row["distance"] == pytest.approx((0.3 + 0.4 + 0.1) / 2)
     assert (row["mean_tested"], row["mean_reference"]) == (0.5, 0.2)
     # never less than one in the number of draws and one
-    apart = samples.compare_shares([0] * 40, [1] * 40, labels=(0, 1), counted=0)
+    apart = integrators.compare_labels(labels[[0] * 40], labels[[1] * 40])
     assert apart["p"] == pytest.approx(1e-4)
+
+
+def ended(lifetime, escaped):
+    return {"lifetime": lifetime, "escaped": escaped}
 
 
 def test_lifetimes_need_five_escapes_on_both_sides_together():
     time = np.arange(1.0, 7)
-    left = np.array([True, True, False, False, False, False])
-    more = np.array([True, True, True, False, False, False])
-    assert np.isfinite(samples.compare_lifetimes(time, time + 1, left, more)["p"])
-    row = samples.compare_lifetimes(time, time, left, left)
+    left, more = ended(time, time <= 2), ended(time + 1, time <= 3)
+    assert np.isfinite(integrators.compare_lifetimes(left, more)["p"])
+    row = integrators.compare_lifetimes(left, left)
     assert np.isnan(row["p"]) and row["distance"] == 0 and row["mean_tested"] == 3.5
 
 
@@ -129,56 +129,42 @@ def test_the_log_rank_test_by_hand():
         difference += np.any(sides[0][escaped[0]] == instant) - risk[0] / sum(risk)
         variance += risk[0] * risk[1] / sum(risk) ** 2
     p = 2 * stats.norm.sf(abs(difference) / math.sqrt(variance))
-    assert samples.compare_lifetimes(*sides, *escaped)["p"] == pytest.approx(p)
+    row = integrators.compare_lifetimes(*map(ended, sides, escaped))
+    assert row["p"] == pytest.approx(p)
 
 
 @pytest.mark.thorough
-def test_samples_shares_and_lifetimes_are_rejected_at_the_stated_rate():
-    rng, trials = RNG(1), 600
-    rows = [samples.compare_samples(*rng.standard_normal((2, 32))) for _ in range(trials)]
-    assert within(np.mean([row["mean_p"] < 0.05 for row in rows]), 0.05, trials)
-    # exact, but the statistic has few values: the rate is the next one below the level
-    possible = [stats.ks_2samp(range(32), np.arange(32) + k + 0.5).pvalue for k in range(33)]
-    level = max(p for p in possible if p < 0.05)
-    assert within(np.mean([row["p"] < 0.05 for row in rows]), level, trials)
-    times = rng.exponential(80.0, (300, 2, 40))
-    rows = [samples.compare_lifetimes(*np.minimum(pair, 100.0), *(pair < 100)) for pair in times]
-    assert within(np.mean([row["p"] < 0.05 for row in rows]), 0.05, 300)
-    how = {"labels": (0, 1, 2), "counted": 0}
-    labels = rng.choice(3, (300, 2, 40), p=(0.7, 0.25, 0.05))
-    rate = np.mean([samples.compare_shares(*pair, **how)["p"] <= 0.05 for pair in labels])
-    assert rate < 0.05 + 4 * np.sqrt(0.05 * 0.95 / 300)
+def test_samples_are_rejected_at_the_stated_rate():
+    rng, trials = RNG(1), 300
+    rows = [integrators.compare_samples(*rng.standard_normal((2, 32))) for _ in range(2 * trials)]
+    assert within(np.mean([row["mean_p"] < 0.05 for row in rows]), 0.05, 2 * trials)
+    labels = rng.choice(ATTRACTORS, (trials, 2, 40), p=(0.7, 0.25, 0.05))
+    rate = np.mean([integrators.compare_labels(*pair)["p"] <= 0.05 for pair in labels])
+    assert rate < 0.05 + 4 * np.sqrt(0.05 * 0.95 / trials)
 
 
 # --- many tests -----------------------------------------------------------------------------------
 
 
 def test_holm_by_hand_and_the_error_of_a_family():
-    corrected = samples.holm([0.01, 0.04, 0.03, 0.005, np.nan])
+    corrected = integrators.holm([0.01, 0.04, 0.03, 0.005, np.nan])
     np.testing.assert_allclose(corrected, [0.03, 0.06, 0.06, 0.02, np.nan])
-    np.testing.assert_allclose(samples.holm([0.001, 0.5, 0.4]), [0.003, 0.8, 0.8])
-    assert samples.holm([0.02, 0.03, 0.02]).tolist() == [0.06, 0.06, 0.06]
-    assert samples.holm([0.9, 0.8]).tolist() == [1, 1] and samples.holm([]).size == 0
-    wrong = [np.nanmin(samples.holm(row)) < 0.05 for row in RNG(5).random((2000, 28))]
+    np.testing.assert_allclose(integrators.holm([0.001, 0.5, 0.4]), [0.003, 0.8, 0.8])
+    assert integrators.holm([0.02, 0.03, 0.02]).tolist() == [0.06, 0.06, 0.06]
+    assert integrators.holm([0.9, 0.8]).tolist() == [1, 1] and integrators.holm([]).size == 0
+    wrong = [np.nanmin(integrators.holm(row)) < 0.05 for row in RNG(5).random((2000, 28))]
     assert within(np.mean(wrong), 0.05, 2000)
 
 
 def test_verdicts():
-    differ, close = samples.DIFFER, samples.CLOSE
     for corrected_p, distance, word in (
-        *((0.05, 1.0, samples.AGREE), (0.049, 0.01, differ), (0.049, np.nan, differ)),
-        *((0.0, 0.0099, close), (np.nan, 0.0, samples.UNKNOWN)),
+        (0.05, 1.0, integrators.AGREE),
+        (0.049, 0.01, integrators.DIFFER),
+        (0.049, np.nan, integrators.DIFFER),
+        (0.0, 0.0099, integrators.CLOSE),
+        (np.nan, 0.0, integrators.UNKNOWN),
     ):
-        assert samples.verdict(corrected_p, distance) == word
-
-
-def comparison(mean_p=0.5, tested=2.0, reference=1.0, **other):
-    """A row whose numbers are all different."""
-    row = {"n_tested": 8, "n_reference": 9, "mean_tested": tested, "error_tested": 0.3,
-           "mean_reference": reference, "error_reference": 0.4, "z": 5.0, "mean_p": mean_p,
-           "test": "KS", "p": 0.6, "distance": 0.1}  # fmt: skip
-    row |= {"tested": "one", "reference": "two"}
-    return row | other
+        assert integrators.verdict(corrected_p, distance) == word
 
 
 # --- from datasets to tables ----------------------------------------------------------------------
@@ -260,8 +246,9 @@ def made_up():
 
 @pytest.fixture(scope="module")
 def tables(made_up):
-    """All tables."""
-    return {name: getattr(integrators, name)(made_up) for name in integrators.TABLES}
+    """Both tables."""
+    agreement = integrators.agreement(made_up)
+    return {"agreement": agreement, "families": integrators.families({"agreement": agreement})}
 
 
 def numbers_of_scan(side, run):
@@ -286,7 +273,7 @@ def numbers_of_catalogue(side, run):
 
 
 def numbers_of_ends(side, run):
-    sticks = labels_of(side.arrays)[run] == STICK_SLIP
+    sticks = label_ends(side.arrays)[run] == STICK_SLIP
     return [sticks, side.arrays["final_disorder"][run], side.arrays["lifetime"][run]]
 
 
@@ -332,25 +319,28 @@ def test_the_attractors_are_tested_by_lifetimes_with_the_runs_that_escaped(made_
             side = made_up[f"pairs_states_{method}"].arrays
             here = (side["belt_velocity"] == 25) & (side["initial_spread"] == 1)
             here &= side["time_step"] == step
-            sides.append((side["lifetime"][here], side["escaped"][here]))
-        (one, gone), (other, went) = sides
-        assert row["p"] == samples.compare_lifetimes(one, other, gone, went)["p"]
+            sides.append(ended(side["lifetime"][here], side["escaped"][here]))
+        assert row["p"] == integrators.compare_lifetimes(*sides)["p"]
 
 
 def test_families_are_judged_each_by_itself():
-    def row(p, distance, quantity="q", runs=9):
-        return comparison(p=p, distance=distance, n_reference=runs, part="a", quantity=quantity)
-
-    rows = [row(0.01, 0.5), row(0.02, 0.001), row(0.9, 0.9, runs=7), row(np.nan, np.nan)]
-    judged = integrators.judge([*rows, row(0.04, 0.02, quantity="other")])
-    assert [one["corrected_p"] for one in judged[:3]] == pytest.approx([0.03, 0.04, 0.9])
-    assert judged[4]["corrected_p"] == 0.04  # a family of its own
-    verdicts = [samples.DIFFER, samples.CLOSE, samples.AGREE, samples.UNKNOWN, samples.DIFFER]
-    assert [one["verdict"] for one in judged] == verdicts
-    first, second = integrators.summarise(judged)
-    assert (first["part"], first["quantity"], first["time_step"]) == ("a", "q", None)
-    assert (first["points"], first["runs"], first["test"]) == (4, 7, "KS")
-    assert [first[name] for name in samples.VERDICTS] == [1, 1, 1, 1]
+    columns = ["p", "distance", "n_reference", "quantity"]
+    rows = [(0.01, 0.5, 9, "q"), (0.02, 0.001, 9, "q"), (0.04, 0.02, 9, "other"),
+            (0.9, 0.9, 7, "q"), (np.nan, np.nan, 9, "q")]  # fmt: skip
+    alike = {"part": "a", "time_step": np.nan, "initial_spread": np.nan, "test": "KS"}
+    alike |= {"tested": "one", "reference": "two"}
+    judged = integrators.judge(pd.DataFrame(rows, columns=columns).assign(**alike))
+    assert judged["corrected_p"].tolist()[:3] == pytest.approx([0.03, 0.04, 0.9])
+    assert judged["corrected_p"].iloc[4] == 0.04  # a family of its own
+    assert judged["verdict"].tolist() == [
+        integrators.DIFFER, integrators.CLOSE, integrators.AGREE, integrators.UNKNOWN,
+        integrators.DIFFER,
+    ]  # fmt: skip
+    families = integrators.families({"agreement": judged})
+    first, second = (families.iloc[row] for row in (0, 1))
+    assert (first["part"], first["quantity"], first["test"]) == ("a", "q", "KS")
+    assert (first["points"], first["runs"]) == (4, 7)
+    assert [first[name] for name in integrators.VERDICTS] == [1, 1, 1, 1]
     assert first["smallest_p"] == pytest.approx(0.03) and first["largest_distance"] == 0.9
     assert (second["points"], second["smallest_p"]) == (1, 0.04)
     assert (second["tested"], second["reference"]) == ("one", "two")
@@ -360,20 +350,3 @@ def test_tables_have_their_columns_and_a_row_for_each_family(tables):
     assert len(tables["families"]) == 6 + 8 + 2 * 3 * 3
     for name, entry in registry.tables().items():
         assert name not in tables or set(entry.columns) <= set(tables[name]), name
-
-
-# --- runs -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("preset", ["standard", "paper"])
-def test_samples_are_as_large_as_promised(preset):
-    datasets = make_plan(CONFIG | {"preset": preset, "method": "event"}).datasets
-    disorder = datasets["pairs_r_verlet"].values()
-    assert len(disorder["belt_velocity"]) * len(disorder["noise"]) >= 24
-    assert min(disorder["noise"]) > 0
-    assert min(disorder["belt_velocity"]) < 15 and max(disorder["belt_velocity"]) > 30
-    states = datasets["pairs_states_verlet"].values()
-    assert min(len(values["replicate"]) for values in (disorder, states)) >= 32
-    assert {0.002, 0.001, 0.0005} <= set(states["time_step"])
-    for method, kind in itertools.product(METHODS, ("paths", "states")):
-        assert 0.001 in datasets[f"pairs_{kind}_{method}"].values()["time_step"]

@@ -4,7 +4,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection, QuadMesh
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.container import ErrorbarContainer
 from matplotlib.patches import Rectangle
@@ -70,9 +70,7 @@ class Panel:
         # (axis, value) of straight lines and (axis, low, high) of strips across the panel
         self.guides = [_guide(axes, line) for line in axes.lines if _across(axes, line)]
         self.spans = [span for patch in axes.patches if (span := _span(axes, patch))]
-        self.bands = list(_bands(axes))
-        self.bars = list(_upright_bars(axes))
-        self.images = [*map(_mesh, _meshes(axes)), *map(_picture, axes.images)]
+        self.images = [*map(_mesh, _meshes(axes))]
 
     def draws(self, xlabel, ylabel, *curves, scales="linear linear", more=0):
         """Assert axes, scales, and just these curves (x, y[, label[, error]]), in any order.
@@ -166,26 +164,6 @@ def _curves(axes):
         yield Curve(label, np.column_stack(columns), colour, marker, dash, look)
 
 
-def _bands(axes):
-    """(x, low, high) of `fill_between`: an outline runs along one curve and back along another."""
-    for filled in axes.collections:
-        if isinstance(filled, PolyCollection):
-            for outline in filled.get_paths():
-                corners = np.asarray(outline.vertices)[:-1]  # the last one closes it
-                count = len(corners) // 2 - 1
-                below, above = corners[1 : count + 1], corners[count + 2 :][::-1]
-                yield below[:, 0], below[:, 1], above[:, 1]
-
-
-def _upright_bars(axes):
-    """(x, low, high) of bars that are no error bars."""
-    made = [bar for bar in axes.containers if isinstance(bar, ErrorbarContainer)]
-    errors = [lines for bar in made for lines in bar.lines[2]]
-    for lines in axes.collections:
-        if isinstance(lines, LineCollection) and lines not in errors:
-            yield from ((start[0], start[1], end[1]) for start, end in lines.get_segments())
-
-
 def _meshes(axes):
     return [mesh for mesh in axes.collections if isinstance(mesh, QuadMesh)]
 
@@ -201,18 +179,4 @@ def _mesh(mesh):
         scale="log" if isinstance(mesh.norm, LogNorm) else "linear",
         limits=(float(mesh.norm.vmin), float(mesh.norm.vmax)),
         label=words.get_ylabel() or words.get_xlabel() if words else "",
-    )
-
-
-def _picture(image):
-    """A picture whose first row is at its top."""
-    values = np.asarray(image.get_array())
-    left, right, bottom, top = image.get_extent()
-    return Image(
-        x_edges=np.linspace(left, right, values.shape[1] + 1),
-        y_edges=np.linspace(top, bottom, values.shape[0] + 1),
-        values=values,
-        scale="linear",
-        limits=(float(image.norm.vmin), float(image.norm.vmax)),
-        label="",
     )

@@ -231,86 +231,44 @@ def settling():
 
 # --- both integrators -----------------------------------------------------------------------------
 
-PAIRED_U, PAIRED_NOISES, RUNS = (10.0, 30.0, 50.0), (1.0, 5.0), 9
-SPREADS = (0.001, 1.0)
+PAIRED_U, RUNS = (10.0, 30.0, 50.0), 9
 
 
-def noisy_r(side, u, s):
-    """r of several runs at a point by one of the methods."""
-    scatter = np.random.default_rng([side, int(u), int(s)]).normal(0, 0.01, RUNS)
-    return 0.01 * side + 0.001 * u + 0.002 * s + scatter
+def paired(side, method):
+    """Noisy runs, and runs at their end, by one of the integrators; in no order."""
+    rng = np.random.default_rng(side)
 
+    def runs(**axes):
+        grid = np.array(list(itertools.product(PAIRED_U, *axes.values(), range(RUNS))))
+        columns = rng.permutation(grid).T[:-1]
+        columns = dict(zip(["belt_velocity", *axes], columns, strict=True))
+        return columns | {"n_blocks": np.full(len(grid), 5)}
 
-def settled_r(side, u, spread, step):
-    """(sticks, r) of some runs at their end; the number that sticks tells where they belong."""
-    rng = np.random.default_rng([side, int(u), int(1000 * spread), int(1e4 * step)])
-    return np.arange(RUNS) < rng.integers(1, RUNS), rng.uniform(0.01, 0.2, RUNS)
-
-
-def paired(kind):
-    """Noisy runs, or runs at their end, by verlet and by event; in no order."""
-    made = {}
-    for side, method in enumerate(("verlet", "event"), start=1):
-        rows = []
-        if kind == "r":
-            for u, s in itertools.product(PAIRED_U, PAIRED_NOISES):
-                rows += [(u, s, r) for r in noisy_r(side, u, s)]
-            names = ("belt_velocity", "noise", "disorder_parameter")
-        else:
-            for u, spread, dt in itertools.product(PAIRED_U, SPREADS, (0.001, 0.002)[: 3 - side]):
-                ends = zip(*settled_r(side, u, spread, dt), strict=True)
-                rows += [
-                    (u, spread, dt, sticks, r, len(rows) + k) for k, (sticks, r) in enumerate(ends)
-                ]
-            names = ("belt_velocity", "initial_spread", "time_step", "sticks", "final_disorder")
-            names += ("lifetime",)
-        shuffled = np.random.default_rng(6).permutation(np.array(rows))
-        arrays = dict(zip(names, shuffled.T, strict=True)) | {"n_blocks": np.full(len(rows), 5)}
-        if kind == "end":
-            arrays["final_stick_rate"] = np.outer(arrays["sticks"], [0, 0, 0, 0, 1.0])
-            arrays["escaped"] = np.ones(len(rows), dtype=bool)
-            arrays["noise"] = np.zeros(len(rows))
-        name = {"r": "pairs_r", "end": "pairs_states"}[kind]
-        made[f"{name}_{method}"] = Dataset(arrays, HOW | {"kind": kind, "method": method})
-    return made
-
-
-def agreement():
-    """The comparisons of r and of the states reached."""
-    noisy, ends = ([data.arrays for data in paired(kind).values()] for kind in ("r", "end"))
-    names = ["n_blocks", "belt_velocity", "noise", "disorder_parameter"]
-    sides = (pd.DataFrame({name: arrays[name] for name in names}) for arrays in noisy)
-    renamed = (side.rename(columns={names[-1]: integrators.DISORDER}) for side in sides)
-    points = integrators.compare_points(*renamed)
-    return pd.DataFrame([*points, *integrators.compare_attractors(*ends)])
-
-
-def _paths(method, steps):
-    """Four runs of five blocks for each step; an error of first order grows from t = 10 on."""
-    step, member = map(np.ravel, np.meshgrid(steps, [1.0, 2.0, 10.0, 5.0], indexing="ij"))
-    time = np.arange(0.0, 100.25, 0.5)
-    error = member * step if method == "verlet" else np.zeros(step.size)
-    drift = error[:, np.newaxis, np.newaxis] * np.maximum(time - 10, 0)[:, np.newaxis]
-    events = [
-        (row, 10.0 + 2 * k, 1, ("slip", "stick")[k % 2])
-        for row in range(step.size)
-        for k in range(25)
-    ]
-    fields = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
-    alike = {name: np.full(step.size, value) for name, value in (LAW | {"noise": 0.0}).items()}
-    alike |= {"n_blocks": np.full(step.size, 5), "belt_velocity": np.full(step.size, 20.0)}
-    runs = {"replicate": np.tile(np.arange(4), len(steps)), "time_step": step, "time": time}
-    runs |= {"positions": 52.0 * np.arange(1, 6) + drift, "events": np.array(events, fields)}
-    return Dataset(alike | runs, HOW | {"kind": "series", "method": method})
+    noisy, ends = (
+        runs(noise=(1.0, 5.0)),
+        runs(initial_spread=(0.001, 1.0), time_step=(0.001, 0.002)),
+    )
+    noisy["disorder_parameter"] = 0.001 * noisy["belt_velocity"] + rng.normal(0.05, 0.01, 54)
+    ends |= {"noise": np.zeros(108), "escaped": np.ones(108, dtype=bool)}
+    ends |= {"lifetime": np.arange(108.0), "final_disorder": rng.uniform(0.01, 0.2, 108)}
+    ends["final_stick_rate"] = np.outer(rng.random(108) < 0.6, [0, 0, 0, 0, 1.0])
+    kinds = {"pairs_r": noisy, "pairs_states": ends}
+    about = HOW | {"method": method}
+    return {f"{name}_{method}": Dataset(arrays, about) for name, arrays in kinds.items()}
 
 
 @functools.cache
-def paths():
-    """Runs by verlet with three steps, and by event."""
-    return {
-        "pairs_paths_verlet": _paths("verlet", [0.004, 0.002, 0.001]),
-        "pairs_paths_event": _paths("event", [0.001]),
-    }
+def pairs():
+    """The runs by both integrators, and the comparisons of r and of the states reached."""
+    made = paired(1, "verlet") | paired(2, "event")
+    sides = {name: [made[f"pairs_{name}_{method}"] for method in ("verlet", "event")]
+             for name in ("r", "states")}  # fmt: skip
+    columns = {name: name for name in ("n_blocks", "belt_velocity", "noise")}
+    columns[integrators.DISORDER] = "disorder_parameter"
+    noisy = [pd.DataFrame({name: side.arrays[column] for name, column in columns.items()})
+             for side in sides["r"]]  # fmt: skip
+    rows = [*integrators.compare_points(*noisy), *integrators.compare_attractors(*sides["states"])]
+    return made | {"agreement": pd.DataFrame(rows)}
 
 
 # --- branches and basins ---
@@ -409,7 +367,6 @@ def dataset(name):
             n_blocks=[5], belt_velocity=[7.0, 16.0], noise=[0.25, 1.0, 2.2, 5.0, 10.0], runs=3
         ),
         "critical_velocities": critical_velocities,
-        "agreement": agreement,
     }
     made |= {name: functools.partial(scan, name) for name in SCANS}
     made |= {
@@ -422,10 +379,10 @@ def dataset(name):
         for method in ("", "_event")
     }
     groups = {
-        "belt_": recordings, "pairs_paths": paths, "trials": trials,
+        "belt_": recordings, "trials": trials,
         "basin": branching, "branch": branching, "sweep": branching,
         "experiment_odds": trials, "alternation": trials,
-        "pairs_r": lambda: paired("r"), "pairs_states": lambda: paired("end"),
+        "agreement": pairs, "pairs": pairs,
     }  # fmt: skip
     if name in made:
         return made[name]()

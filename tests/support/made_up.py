@@ -10,7 +10,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.studies import every_claim  # noqa: F401 registers the claims
 from beltrepro.replication.verdicts.criteria import QUESTIONS, judge
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.replication.verdicts.ledger import REGISTRY, load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger, readings_of
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
@@ -45,7 +45,7 @@ def readings(name, datasets=None, settings=SETTINGS):
     """Functions of a claim by reading, the first one of `replicated` first."""
     evidence = Evidence(datasets or {}, settings)
     evidence.start(LEDGER[name])
-    measurement = REGISTRY[name](evidence)
+    measurement = readings_of(name, evidence)
     return measurement if isinstance(measurement, dict) else {"": lambda: measurement}
 
 
@@ -56,16 +56,11 @@ def measured(name, reading=None, /, settings=SETTINGS, **datasets):
     return measurement
 
 
-def judgement(name, question="replicated", /, settings=SETTINGS, **datasets):
-    """What the criterion of a question makes of its reading: verdict, and that of each number."""
-    criterion = LEDGER[name].criteria[question]
-    measurement = measured(name, criterion.reading or None, settings=settings, **datasets)
-    return judge(criterion, measurement)
-
-
 def grades(name, question="replicated", /, settings=SETTINGS, **datasets):
     """Verdict on each number of a claim, by its name, and on the whole under ""."""
-    answer = judgement(name, question, settings=settings, **datasets)
+    criterion = LEDGER[name].criteria[question]
+    measurement = measured(name, criterion.reading or None, settings=settings, **datasets)
+    answer = judge(criterion, measurement)
     return answer.components | {"": answer.verdict}
 
 

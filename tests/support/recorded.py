@@ -23,6 +23,21 @@ CAMERA = Camera(metres_per_pixel=PIXEL, width=640, height=80, angle=0.7)
 ZERO = Framing.of(Movement(*np.zeros((3, 1, 1))), Scene(), CAMERA).zero
 
 
+def swaying(seconds, *, n_blocks=5, farthest=0.6):
+    """Blocks that stick for a while at 0.2 m/s and slip back within 0.4 s, in SI."""
+    time = np.arange(round(seconds * RATE)) / RATE
+    period, back = 1.3, 0.4
+    part = time % period
+    way = 0.2 * (period - back)
+    stuck = part < period - back
+    turn = np.pi * (part - (period - back)) / back
+    shape = np.where(stuck, 0.2 * part, way * (1 + np.cos(turn)) / 2)
+    speed = np.where(stuck, 0.2, -way * np.pi / back * np.sin(turn) / 2)
+    share = np.arange(1, n_blocks + 1) / n_blocks
+    rest = (farthest - way) * share
+    return Movement(time, rest + shape[:, np.newaxis] * share, speed[:, np.newaxis] * share)
+
+
 def place(seconds, calm, seed):
     """x_5 (T,) in metres: a smooth random motion, and a periodic one within `calm`."""
     time = np.arange(round(seconds * RATE)) / RATE

@@ -193,7 +193,7 @@ def tables_of(monkeypatch, outcome, used=(), **change):
         return outcome
 
     monkeypatch.setattr(measured, "load_ledger", lambda: {"x": claim(**change)})
-    monkeypatch.setitem(measured.REGISTRY, "x", function)
+    monkeypatch.setitem(measured.REGISTRY, "x", {"": function})
     data = SimpleNamespace(used=list(used), start=lambda claim: None)
     monkeypatch.setattr(measured, "Evidence", lambda datasets, settings: data)
     (row,), estimates = (table.to_dict("records") for table in measured.measure({}, {}))

@@ -58,3 +58,28 @@ def _stick_slip(velocities: np.ndarray) -> str:
     if chaos > CHAOS:
         return CHAOTIC
     return QUASI_PERIODIC if chaos < REGULAR else UNDECIDED
+
+
+# --- of runs that were followed until the last block slips for good ------------------------------
+
+# Disorder parameter that separates the attractors on which the last block slips continuously:
+# between the plateau of small oscillations (0.02 in the paper) and the chaotic one (0.13).
+LARGE_AMPLITUDE = 0.05
+STICK_SLIP = "stick-slip"
+SMALL_SLIP = "continuous slip, small amplitude"
+LARGE_SLIP = "continuous slip, large amplitude"
+ATTRACTORS = (STICK_SLIP, SMALL_SLIP, LARGE_SLIP)
+
+
+def label_ends(runs: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The state in which each run of kind escapes ends, one of ATTRACTORS.
+
+    Criterion: "stick-slip" when the last block still sticks in the settled part of the run or the
+    run did not escape (a chaotic saddle or a stick-slip attractor: a run of finite length cannot
+    tell); otherwise continuous slip, of large amplitude when r there is at least LARGE_AMPLITUDE.
+    """
+    rates = np.asarray(runs["final_stick_rate"], dtype=float)
+    last = np.isfinite(rates).sum(axis=1) - 1  # shorter chains are padded
+    sticks = rates[np.arange(len(rates)), last] > 0
+    slips = np.where(runs["final_disorder"] >= LARGE_AMPLITUDE, LARGE_SLIP, SMALL_SLIP)
+    return np.where(sticks | ~runs["escaped"].astype(bool), STICK_SLIP, slips)

@@ -19,10 +19,10 @@ from beltrepro.replication.camera.video import Frame, write_video
 if TYPE_CHECKING:
     from beltrepro.simulation.run import Run
 
+SCENE, CAMERA = Scene(), Camera()
 # Seen beyond the support and beyond the farthest place of the last block, in metres.
 MARGIN = 0.03
 _NOISE_PICTURES = 4
-_TOGETHER = 64  # frames whose edges are drawn in one go
 _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
 
 
@@ -48,8 +48,8 @@ def film(
     motion: Run | Movement,
     path: str | Path,
     *,
-    scene: Scene | None = None,
-    camera: Camera | None = None,
+    scene: Scene = SCENE,
+    camera: Camera = CAMERA,
     progress: Callable[[float], None] | None = None,
 ) -> int:
     """Film a run: each sample becomes a frame, taken at its instant. Returns how many are written.
@@ -57,34 +57,42 @@ def film(
     For a film of 24 frames a second simulate with `sample_interval=1 / 24 / TIME_S`; method "event"
     is exact at any interval.
     """
-    camera = camera or Camera()
-    frames = pictures(motion, scene=scene, camera=camera, progress=progress)
+    movement = motion if isinstance(motion, Movement) else Movement.of(motion)
+    frames = pictures(movement, scene=scene, camera=camera, progress=progress)
     rate, compression = camera.frames_per_second, camera.compression
     return write_video(path, frames, frames_per_second=rate, compression=compression)
 
 
 def pictures(
-    motion: Run | Movement,
+    movement: Movement,
     *,
-    scene: Scene | None = None,
-    camera: Camera | None = None,
+    scene: Scene = SCENE,
+    camera: Camera = CAMERA,
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Frame]:
     """The frames of a film, one by one."""
-    scene, camera = scene or Scene(), camera or Camera()
-    movement = motion if isinstance(motion, Movement) else Movement.of(motion)
     _check_instants(movement.time_s, camera.frames_per_second)
     view = Framing.of(movement, scene, camera)
-    drawing, shutter = _Drawing(scene, view, camera.blur), _Shutter(camera, view)
-    half, count = movement.v_m_s * camera.exposure / 2, len(movement.time_s)
-    lights = drawing.frames(movement.x_m - half, movement.x_m + half)
-    for index, light in enumerate(lights):
-        time = float(movement.time_s[index] - movement.time_s[0])
+    light, shutter = _Light(scene, view, camera.blur), _Shutter(camera, view)
+    way = np.multiply.outer([-camera.exposure / 2, camera.exposure / 2], movement.v_m_s)
+    places, times = movement.x_m + way, movement.time_s - movement.time_s[0]
+    for index, time in enumerate(times.tolist()):
         # The first one is kept: a video's time begins with it.
         if not (index and shutter.drops_frame()):
-            yield Frame(time, shutter(light, time))
+            yield Frame(time, shutter(light(places[:, index]), time))
         if progress:
-            progress((index + 1) / count)
+            progress((index + 1) / len(times))
+
+
+def _check_instants(time: np.ndarray, frames_per_second: float) -> None:
+    """Refuse samples at another distance than that of the frames."""
+    gaps = np.diff(time) * frames_per_second
+    if gaps.size and np.abs(gaps - 1).max() > 1e-3:
+        raise InputError(
+            f"the samples are {gaps.mean() / frames_per_second:.4g} s apart, the frames "
+            f"{1 / frames_per_second:.4g} s: simulate with sample_interval = "
+            f"{1 / frames_per_second / TIME_S:.10g}"
+        )
 
 
 @dataclass(frozen=True)
@@ -122,12 +130,17 @@ class Framing:
         """Places along the belt, in metres from the support, as pixels."""
         return self.left + metres / self.metres_per_pixel
 
-    def across(self, metres: float) -> float:
-        """A place across the belt, in metres from the upper edge of the blocks, as pixels."""
-        return self.top + metres / self.metres_per_pixel
+    def columns(self, begin: float, end: float) -> np.ndarray:
+        """Share (W,) of each column between two places along the belt, in metres."""
+        return band(self.along(begin), self.along(end), self.width)
+
+    def rows(self, begin: float, width: float) -> np.ndarray:
+        """Share (H,) of each row in a band across the belt, metres from the blocks' upper edge."""
+        low, high = (self.top + edge / self.metres_per_pixel for edge in (begin, begin + width))
+        return band(low, high, self.height)
 
 
-class _Drawing:
+class _Light:
     """The light that reaches the picture, with exact coverage of each pixel, and the lens's blur.
 
     All edges lie along the belt or across it. So the picture is a sum of products of a column
@@ -138,44 +151,32 @@ class _Drawing:
 
     def __init__(self, scene: Scene, view: Framing, blur: float) -> None:
         self._scene, self._view, self._blur = scene, view, blur
-        middle = scene.block_width / 2
-        spring = middle - scene.spring_width / 2, middle + scene.spring_width / 2
-        bands = [(0.0, scene.block_width), spring]
-        rows = [band(view.across(a), view.across(b), view.height) for a, b in bands]
-        self._rows = self._blurred(np.stack(rows, axis=1), (0, 1))
+        blocks = view.rows(0.0, scene.block_width)
+        springs = view.rows((scene.block_width - scene.spring_width) / 2, scene.spring_width)
+        self._rows = self._blurred(np.stack([blocks, springs], axis=1), (0, 1))
         self._still = self._blurred(_still_picture(scene, view), (1, 1))
 
-    def frames(self, begin: np.ndarray, end: np.ndarray) -> Iterator[np.ndarray]:
-        """Brightness (H, W) of each frame, with blocks (T, N) from `begin` to `end`, in metres."""
-        for first in range(0, len(begin), _TOGETHER):
-            together = slice(first, first + _TOGETHER)
-            for profiles in self._profiles(begin[together], end[together]):
-                light = self._rows @ profiles
-                light += self._still
-                yield light
+    def __call__(self, places: np.ndarray) -> np.ndarray:
+        """Brightness (H, W) of a frame; blocks (2, N) at begin and end of the exposure, metres."""
+        return self._rows @ self._blurred(self._lanes(places), (1, 0)) + self._still
 
-    def _profiles(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Brightness (T, 2, W) along the lane of the blocks and along that of the springs."""
-        # (2, T, N) pixels of the edges of all blocks, at the beginning and end of the exposure
-        places, length = np.stack([begin, end]), self._scene.block_length
-        left, right = (self._view.along(places + side * length) for side in (-0.5, 0.5))
+    def _lanes(self, places: np.ndarray) -> np.ndarray:
+        """Brightness (2, W) along the lane of the blocks and along that of the springs."""
+        scene, view = self._scene, self._view
+        left, right = (view.along(places + side * scene.block_length) for side in (-0.5, 0.5))
         # Where the model's blocks, which are points, come too near, the outer one hides the inner.
-        right[..., :-1] = np.minimum(right[..., :-1], left[..., 1:])
-        bright = np.full(begin.shape[1], self._scene.block - self._scene.belt)
-        bright[-1] = self._scene.white_block - self._scene.belt
-        blocks = _changes(left, right, bright, self._view.width)
+        right[:, :-1] = np.minimum(right[:, :-1], left[:, 1:])
+        bright = np.full(places.shape[1], scene.block - scene.belt)
+        bright[-1] = scene.white_block - scene.belt
         # The springs, as so many turns each, from the support to the last block.
-        number = np.arange(self._scene.coils)
-        support = np.full_like(left[..., :1], self._view.left)
-        begin = np.concatenate([support, right[..., :-1]], axis=-1)[..., np.newaxis]
-        turn = (left[..., np.newaxis] - begin) / self._scene.coils
-        shape = (*left.shape[:2], -1)
-        first, last = ((begin + (number + part) * turn).reshape(shape) for part in (0.3, 0.7))
-        turns = np.full(left.shape[-1] * number.size, self._scene.spring - self._scene.belt)
-        springs = _changes(first, last, turns, self._view.width)
-        changes = np.stack([blocks, springs], axis=1)
-        rows = changes.cumsum(axis=-1).reshape(-1, self._view.width)
-        return self._blurred(rows, (1, 0)).reshape(changes.shape)
+        begin = np.column_stack([[view.left, view.left], right[:, :-1]])[..., np.newaxis]
+        turn = (left[..., np.newaxis] - begin) / scene.coils
+        number = np.arange(scene.coils)
+        first, last = ((begin + (number + part) * turn).reshape(2, -1) for part in (0.3, 0.7))
+        turns = np.full(first.shape[1], scene.spring - scene.belt)
+        return np.stack(
+            [lane(left, right, bright, view.width), lane(first, last, turns, view.width)]
+        )
 
     def _blurred(self, light: np.ndarray, ways: tuple[int, int]) -> np.ndarray:
         """An array, blurred along its rows (1, 0), its columns (0, 1) or both."""
@@ -186,34 +187,21 @@ class _Drawing:
         return cv2.GaussianBlur(light, size, self._blur, borderType=cv2.BORDER_REPLICATE)
 
 
-def _changes(left: np.ndarray, right: np.ndarray, bright: np.ndarray, count: int) -> np.ndarray:
-    """Changes from pixel to pixel of the brightness of things from `left` to `right`, (2, T, M)."""
-    edges = np.concatenate([left, right], axis=-1)
-    return step_changes(edges[0], edges[1], np.concatenate([bright, -bright]), count)
-
-
 def _still_picture(scene: Scene, view: Framing) -> np.ndarray:
     """Belt, support and tape measure: brightness (H, W)."""
-    picture = np.full((view.height, view.width), float(scene.belt))
-
-    def across(begin: float, width: float) -> np.ndarray:
-        return band(view.across(begin), view.across(begin + width), view.height)
-
-    support = band(0, view.left, view.width)
-    picture += (scene.support - scene.belt) * np.outer(across(0, scene.block_width), support)
-
+    support = np.outer(view.rows(0, scene.block_width), view.columns(-np.inf, 0))
+    picture = scene.belt + (scene.support - scene.belt) * support
     edge = scene.block_width + scene.tape_gap
     # The tape begins a little before its zero mark, and goes on beyond the picture.
-    tape = band(view.along(-0.3 * scene.mark_spacing), view.width, view.width)
-    picture += (scene.tape - scene.belt) * np.outer(across(edge, scene.tape_width), tape)
-
-    short, long = across(edge, scene.mark_length), across(edge, scene.long_mark_length)
-    count = int((view.width - view.left) * view.metres_per_pixel / scene.mark_spacing)
-    for number in range(count):
+    tape = np.outer(
+        view.rows(edge, scene.tape_width), view.columns(-0.3 * scene.mark_spacing, np.inf)
+    )
+    picture += (scene.tape - scene.belt) * tape
+    short, long = view.rows(edge, scene.mark_length), view.rows(edge, scene.long_mark_length)
+    for number in range(int((view.width - view.left) * view.metres_per_pixel / scene.mark_spacing)):
         middle, half = number * scene.mark_spacing, scene.mark_width / 2
-        columns = band(view.along(middle - half), view.along(middle + half), view.width)
-        rows = short if number % 10 else long
-        picture += (scene.mark - scene.tape) * np.outer(rows, columns)
+        mark = np.outer(short if number % 10 else long, view.columns(middle - half, middle + half))
+        picture += (scene.mark - scene.tape) * mark
     return picture
 
 
@@ -223,12 +211,12 @@ class _Shutter:
     def __init__(self, camera: Camera, view: Framing) -> None:
         self._camera = camera
         self._random = np.random.default_rng(camera.seed)
-        middle = ((view.width - 1) / 2, (view.height - 1) / 2)
         # Each frame takes its noise from a random place of this store: to draw it anew would take
         # longer than all the rest.
         store = _NOISE_PICTURES * view.width * view.height
         self._noise = self._random.standard_normal(store, dtype=np.float32)
-        self._turn = cv2.getRotationMatrix2D(middle, -camera.angle, 1.0) if camera.angle else None
+        middle = ((view.width - 1) / 2, (view.height - 1) / 2)
+        self._turn = cv2.getRotationMatrix2D(middle, -camera.angle, 1.0)
         self._along = np.linspace(-1, 1, view.width, dtype=np.float32)
         self._across = np.linspace(-1, 1, view.height, dtype=np.float32)[:, np.newaxis]
 
@@ -238,78 +226,53 @@ class _Shutter:
 
     def __call__(self, light: np.ndarray, time: float) -> np.ndarray:
         """The recorded picture (H, W), 8 bit."""
-        camera = self._camera
-        if self._turn is not None:
+        if self._camera.angle:
             size = light.shape[::-1]
             light = cv2.warpAffine(light, self._turn, size, borderMode=cv2.BORDER_REPLICATE)
-        if camera.light_unevenness or camera.light_drift:
-            light *= self._lamp(time)
+        light *= self._lamp(time)
         begin = self._random.integers(self._noise.size - light.size)
         noise = self._noise[begin : begin + light.size].reshape(light.shape)
         # rounds, and cuts at black and white
-        return cv2.addWeighted(light, 1.0, noise, camera.sensor_noise, 0.0, dtype=cv2.CV_8U)
+        return cv2.addWeighted(light, 1.0, noise, self._camera.sensor_noise, 0.0, dtype=cv2.CV_8U)
 
     def _lamp(self, time: float) -> np.ndarray:
         """How bright it is in each pixel (H, W) at an instant, 1 on average."""
-        camera = self._camera
         phase = 2 * np.pi * time / _DRIFT_PERIOD
-        turned = camera.light_drift * phase
-        brightness = 1 + camera.light_drift * np.sin(phase)
-        slope = np.float32(brightness * camera.light_unevenness)
+        turned = self._camera.light_drift * phase
+        brightness = 1 + self._camera.light_drift * np.sin(phase)
+        slope = np.float32(brightness * self._camera.light_unevenness)
         along = np.float32(brightness) + slope * np.float32(np.cos(turned)) * self._along
         return along + slope * np.float32(np.sin(turned)) * self._across
 
 
-def _check_instants(time: np.ndarray, frames_per_second: float) -> None:
-    """Refuse samples at another distance than that of the frames."""
-    gaps = np.diff(time) * frames_per_second
-    if gaps.size and np.abs(gaps - 1).max() > 1e-3:
-        raise InputError(
-            f"the samples are {gaps.mean() / frames_per_second:.4g} s apart, the frames "
-            f"{1 / frames_per_second:.4g} s: simulate with sample_interval = "
-            f"{1 / frames_per_second / TIME_S:.10g}"
-        )
-
-
-# --- how much of each pixel lies beyond an edge, exactly, also while the edge moves ---
+# --- how much of each pixel lies beyond an edge, exactly, also while the edge moves ---------------
 
 
 def band(low: float, high: float, count: int) -> np.ndarray:
     """Share (count,) of each pixel between two places; pixel j reaches from j to j + 1."""
-    ends = np.arange(count + 1)
-    return np.diff(np.clip(ends, low, max(low, high)))
+    return np.diff(np.clip(np.arange(count + 1), low, max(low, high)))
 
 
-def step_changes(begin: np.ndarray, end: np.ndarray, heights: np.ndarray, count: int) -> np.ndarray:
-    """Changes from pixel to pixel of the sum of steps that move while the shutter is open.
+def lane(left: np.ndarray, right: np.ndarray, bright: np.ndarray, count: int) -> np.ndarray:
+    """Brightness (count,) along a lane with things between edges (2, M) that move.
 
-    A step is 0 before its edge and `height` behind it. Pixel j shows its mean from j to j + 1, and
-    over all places from `begin` to `end`, which the edge passes at constant velocity. The sum of
-    the changes up to pixel j is the brightness there.
+    An edge is at the first of its two places when the shutter opens and at the second when it
+    closes. Each pixel shows its mean over all places between.
     """
+    edges, steps = np.hstack([left, right]), np.concatenate([bright, -bright])
+    middle, half = edges.mean(axis=0), np.abs(np.diff(edges, axis=0)[0]) / 2
     # Few pixels see an edge: those it passes, and one more on either side.
-    first = np.floor(np.minimum(begin, end)).astype(int) - 1
-    reach = int(np.ceil(np.abs(end - begin).max(initial=0.0))) + 3
-    pixels = first[..., np.newaxis] + np.arange(reach)
-    seen = _behind(pixels, begin[..., np.newaxis], end[..., np.newaxis])
-    changes = np.diff(seen, axis=-1, prepend=0) * heights[:, np.newaxis]
+    first = np.floor(edges.min(axis=0)).astype(int) - 1
+    pixels = first + np.arange(int(np.ceil(2 * half.max())) + 3)[:, np.newaxis]
+    half = np.maximum(half, 1e-6)  # so short a way leaves digits enough in the difference
+    beyond = pixels + 1 - middle
+    behind = (_integral(beyond + half) - _integral(beyond - half)) / (2 * half)
+    changes = np.diff(behind, axis=0, prepend=0) * steps
     inside = pixels < count
-    frames = len(begin)
-    # Frame after frame in one long row of pixels.
-    places = np.maximum(pixels, 0) + count * np.arange(frames)[:, np.newaxis, np.newaxis]
-    summed = np.bincount(places[inside], changes[inside], minlength=frames * count)
-    return summed.reshape(frames, count)
-
-
-def _behind(pixel: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Share of a pixel behind an edge, mean over its way."""
-    # So short a way leaves digits enough in the difference.
-    half = np.maximum(np.abs(end - begin) / 2, 1e-6)
-    middle = pixel + 1 - (begin + end) / 2
-    return (_integral(middle + half) - _integral(middle - half)) / (2 * half)
+    return np.bincount(np.maximum(pixels, 0)[inside], changes[inside], count).cumsum()
 
 
 def _integral(distance: np.ndarray) -> np.ndarray:
     """Integral from minus infinity of clip(s, 0, 1) over s."""
-    inside = np.minimum(np.maximum(distance, 0), 1)
+    inside = np.clip(distance, 0, 1)
     return inside * (distance - inside / 2)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from beltrepro.base import checks, names
+from beltrepro.base import checks
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
 from beltrepro.stats import estimates
@@ -26,11 +26,12 @@ LASTING_S = 200 * TIME_S  # as laminar phases in simulations
 SMALL, LARGE, WHOLE = "small", "large", "whole"
 # A power law is fitted above the peak of a spectrum, up to where that of Fig. 8 is fitted to.
 FIT_TO_HZ = FIT_BAND[1] / TIME_S
+# Median intervals without a frame from which on a recording has a gap; r leaves gaps out. Between
+# two whole numbers of frames, so that no rounding of instants decides.
+LONGEST_GAP = 3.5
 _SHORTEST_FIT = 3.0  # highest over lowest frequency
 _LEAST_SAMPLES = 32
 _LONGEST_M = 40.0  # mean length of a chain: of 200 blocks, or of five in centimetres
-# Median intervals without a frame from which on a recording has a gap; r leaves gaps out.
-_LONGEST_GAP = 3.0
 _MOST_SAMPLES = 10**7  # at equal intervals, which fit into memory
 
 
@@ -40,10 +41,10 @@ class Spectrum:
 
     begin_s: float  # the stretch
     end_s: float
-    frequency_hz: np.ndarray  # frequencies
+    x_m: np.ndarray  # its positions at equal intervals, straight across gaps
+    frequency_hz: np.ndarray
     power: np.ndarray  # power spectral density, m^2/Hz
-    # power law between the peak and FIT_TO_HZ; None if the peak lies too high for one
-    law: PowerLawFit | None
+    law: PowerLawFit | None  # from the peak to FIT_TO_HZ; None if the peak lies too high for one
 
     @cached_property
     def exponent(self) -> Estimate | None:
@@ -55,7 +56,8 @@ class Spectrum:
 class Regimes:
     """Where x_N(t) has a small amplitude, and its moments."""
 
-    observed_s: float  # time that the samples stand for, without gaps
+    interval_s: float  # median time between samples
+    weight_s: np.ndarray  # time that each sample stands for, without gaps
     disorder_parameter: float  # r = standard deviation of x_N over its mean (Eq. 4)
     mean_length: float  # of x_N, metres
     small_share: float  # share of the time with small amplitude
@@ -65,6 +67,11 @@ class Regimes:
     lasting_s: np.ndarray  # those of them that last
     lively_s: np.ndarray  # begin and end of the stretches between those that last
 
+    @property
+    def observed_s(self) -> float:
+        """Time that the samples stand for together."""
+        return float(self.weight_s.sum())
+
 
 @dataclass(frozen=True, eq=False)
 class Recording(Regimes):
@@ -72,7 +79,6 @@ class Recording(Regimes):
 
     time_s: np.ndarray  # the samples after the transient
     x_m: np.ndarray  # without the lengths of blocks that were taken off
-    interval_s: float  # median time between them
     # r and <x_N> (metres) with the errors of a recording of this length; their runs are the
     # stretches of the recording that are independent
     disorder: Estimate
@@ -81,62 +87,7 @@ class Recording(Regimes):
     # are long enough
     spectra: dict[str, Spectrum]
 
-    def evenly(self, begin_s: float, end_s: float) -> np.ndarray:
-        """Positions within a stretch at equal intervals, straight across gaps."""
-        inside = (self.time_s >= begin_s) & (self.time_s <= end_s)
-        return _even(self.time_s[inside], self.x_m[inside], self.interval_s)[1]
 
-
-@names.checked
-def regimes(
-    time_s: npt.ArrayLike,
-    x_m: npt.ArrayLike,
-    *,
-    window_s: float = WINDOW_S,
-    quiet: float = QUIET,
-    lasting_s: float = LASTING_S,
-) -> Regimes:
-    """r of a recording, and its stretches of small and of large amplitude.
-
-    What `analyse` tells but for the spectra, so that a film and a simulation that is sampled like
-    one are judged alike.
-    """
-    time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
-    require(time.size >= _LEAST_SAMPLES, f"{time.size} samples, {_LEAST_SAMPLES} are needed")
-    gaps = np.diff(time)
-    require(np.all(gaps > 0), "instants time_s must rise")
-    interval = float(np.median(gaps))
-    weight = _weights(gaps, interval)
-    require(
-        np.ptp(time) < _MOST_SAMPLES * interval,
-        f"samples every {interval:.3g} s over {np.ptp(time):.3g} s: too far apart",
-    )
-    mean = float(np.average(position, weights=weight))
-    lowest = float(position.min())
-    require(lowest >= 0, f"x_N reaches {lowest:.3g} m: it must be measured from the support")
-    require(
-        0 < mean < _LONGEST_M,
-        f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
-    )
-    spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
-    small = _is_small(time, position, interval, window_s, quiet)
-    quiet_s = _stretches(time, small)
-    lasting = quiet_s[np.diff(quiet_s, axis=1)[:, 0] > lasting_s]
-    in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
-    return Regimes(
-        observed_s=float(weight.sum()),
-        disorder_parameter=spread / mean,
-        mean_length=mean,
-        small_share=float(weight[small].sum() / weight.sum()),
-        lasting_share=float(weight[in_lasting].sum() / weight.sum()),
-        small=small,
-        small_s=quiet_s,
-        lasting_s=lasting,
-        lively_s=_stretches(time, ~in_lasting),
-    )
-
-
-@names.checked
 def analyse(
     time_s: npt.ArrayLike,
     x_m: npt.ArrayLike,
@@ -144,7 +95,6 @@ def analyse(
     transient_s: float = 0.0,
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
-    lasting_s: float = LASTING_S,
     blocks_m: float = 0.0,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
@@ -157,43 +107,84 @@ def analyse(
 
     blocks_m : lengths of blocks that x_m holds, taken off: x_N of the model has none.
     """
-    time, position = checks.series("time_s", time_s), checks.series("x_m", x_m)
-    transient_s = checks.not_negative("transient_s", transient_s)
-    window_s, quiet = checks.positive("window_s", window_s), checks.positive("quiet", quiet)
-    lasting_s = checks.not_negative("lasting_s", lasting_s)
-    blocks_m = checks.not_negative("blocks_m", blocks_m)
+    time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
     require(
-        time.size == position.size,
-        f"time_s has {time.size} numbers and x_m {position.size}: as many instants as positions "
-        "are needed",
+        time.shape == position.shape and np.isfinite([time, position]).all(),
+        "time_s and x_m must be finite numbers, as many instants as positions",
     )
+    checks.not_negative("transient_s", transient_s)
+    kept = time >= transient_s + time.min(initial=math.inf)
+    time, position = time[kept], position[kept] - checks.not_negative("blocks_m", blocks_m)
+    lowest = position.min(initial=math.inf)
     require(
-        np.all(np.isfinite(time)) and np.all(np.isfinite(position)),
-        "numbers of time_s and x_m must be finite",
+        lowest >= 0,
+        f"x_N reaches {lowest + blocks_m:.3g} m: it must be measured from the support, and hold "
+        f"the {blocks_m:.3g} m of blocks",
     )
-    kept = time >= transient_s + (time[0] if time.size else 0.0)
-    time, position = time[kept], position[kept]
+    parts = regimes(time, position, window_s=window_s, quiet=quiet)
     require(
-        not blocks_m or position.min(initial=math.inf) > blocks_m,
-        f"x_N reaches {position.min(initial=math.inf):.3g} m: less than the {blocks_m:.3g} m of "
-        "blocks in it",
+        0 < parts.mean_length < _LONGEST_M,
+        f"the mean of x_N is {parts.mean_length:.3g} m: centimetres and millimetres must become "
+        "metres",
     )
-    position = position - blocks_m
-    parts = regimes(time, position, window_s=window_s, quiet=quiet, lasting_s=lasting_s)
-    interval = float(np.median(np.diff(time)))
-    moments = estimates.sums_in_stretches(position, _weights(np.diff(time), interval))
+    moments = estimates.sums_in_stretches(position, parts.weight_s)
     disorder, length = (
-        estimates.from_stretches(log, moments) for log in (_log_disorder, _log_mean)
+        exponential(estimates.from_stretches(log, moments)) for log in (_log_disorder, _log_mean)
     )
-    return Recording(
-        **vars(parts),
-        time_s=time,
-        x_m=position,
+    spectra = _spectra(time, position, parts)
+    return Recording(**vars(parts), time_s=time, x_m=position,
+                     disorder=disorder, length=length, spectra=spectra)  # fmt: skip
+
+
+def regimes(
+    time: np.ndarray,
+    position: np.ndarray,
+    *,
+    window_s: float = WINDOW_S,
+    quiet: float = QUIET,
+    lasting_s: float = LASTING_S,
+) -> Regimes:
+    """r of a recording, and its stretches of small and of large amplitude.
+
+    What `analyse` tells but for errors and spectra, so that a film and a simulation that is sampled
+    like one are judged alike.
+    """
+    checks.positive("window_s", window_s)
+    checks.positive("quiet", quiet)
+    require(time.size >= _LEAST_SAMPLES, f"{time.size} samples, {_LEAST_SAMPLES} are needed")
+    gaps = np.diff(time)
+    require(np.all(gaps > 0), "instants time_s must rise")
+    interval = float(np.median(gaps))
+    require(
+        np.ptp(time) < _MOST_SAMPLES * interval,
+        f"samples every {interval:.3g} s over {np.ptp(time):.3g} s: too far apart",
+    )
+    halves = np.where(gaps > LONGEST_GAP * interval, interval, gaps) / 2
+    weight = np.pad(halves, (1, 0)) + np.pad(halves, (0, 1))
+    mean = float(np.average(position, weights=weight))
+    spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
+    small = _is_small(time, position, interval, window_s, quiet)
+    small_s = stretches(time, small)
+    lasting = small_s[np.diff(small_s, axis=1)[:, 0] > lasting_s]
+    in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
+    return Regimes(
         interval_s=interval,
-        disorder=exponential(disorder),
-        length=exponential(length),
-        spectra=_spectra(time, position, interval, parts.small),
+        weight_s=weight,
+        disorder_parameter=spread / mean,
+        mean_length=mean,
+        small_share=float(weight[small].sum() / weight.sum()),
+        lasting_share=float(weight[in_lasting].sum() / weight.sum()),
+        small=small,
+        small_s=small_s,
+        lasting_s=lasting,
+        lively_s=stretches(time, ~in_lasting),
     )
+
+
+def stretches(time: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Begin and end (L, 2) of the runs of samples that are chosen."""
+    change = np.flatnonzero(np.diff(np.pad(chosen.astype(np.int8), 1)))
+    return np.column_stack([time[change[::2]], time[change[1::2] - 1]])
 
 
 def _log_mean(moments: np.ndarray) -> float:
@@ -208,23 +199,16 @@ def _log_disorder(moments: np.ndarray) -> float:
     return math.log(variance) / 2 - _log_mean(moments) if variance > 0 else -math.inf
 
 
-def _weights(gaps: np.ndarray, interval: float) -> np.ndarray:
-    """Seconds (T,) that each sample stands for."""
-    counted = np.where(gaps > _LONGEST_GAP * interval, interval, gaps) / 2
-    return np.pad(counted, (1, 0)) + np.pad(counted, (0, 1))
-
-
-def _even(time: np.ndarray, position: np.ndarray, interval: float) -> tuple[np.ndarray, np.ndarray]:
-    """The samples at equal intervals."""
-    instants = np.arange(time[0], time[-1] + interval / 2, interval)
-    return instants, np.interp(instants, time, position)
+def _even(time: np.ndarray, position: np.ndarray, interval: float) -> np.ndarray:
+    """Positions at equal intervals."""
+    return np.interp(np.arange(time[0], time[-1] + interval / 2, interval), time, position)
 
 
 def _is_small(
     time: np.ndarray, position: np.ndarray, interval: float, window_s: float, quiet: float
 ) -> np.ndarray:
     """Which samples (T,) lie in a window with a small amplitude."""
-    instants, even = _even(time, position, interval)
+    even = _even(time, position, interval)
     size = max(3, min(round(window_s / interval), even.size))
     centred = even - even.mean()
     mean, square = (ndimage.uniform_filter1d(power, size) for power in (centred, centred**2))
@@ -232,34 +216,24 @@ def _is_small(
     calm = amplitude < quiet * (mean + even.mean())
     # A window with a burst is not quiet, but samples beside the burst are: give them back.
     calm = ndimage.maximum_filter1d(calm, 2 * (size // 2) + 1, mode="constant")
-    return calm[np.clip(np.rint((time - time[0]) / interval).astype(int), 0, instants.size - 1)]
+    return calm[np.clip(np.rint((time - time[0]) / interval).astype(int), 0, even.size - 1)]
 
 
-def _stretches(time: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Begin and end (L, 2) of the runs of samples that are chosen."""
-    change = np.flatnonzero(np.diff(np.pad(chosen.astype(np.int8), 1)))
-    return np.column_stack([time[change[::2]], time[change[1::2] - 1]])
-
-
-def _spectra(
-    time: np.ndarray, position: np.ndarray, interval: float, small: np.ndarray
-) -> dict[str, Spectrum]:
+def _spectra(time: np.ndarray, position: np.ndarray, parts: Regimes) -> dict[str, Spectrum]:
     """Spectra of the whole, and of the longest stretches of each kind."""
     spans = {WHOLE: (time[0], time[-1])}
-    for name, chosen in ((SMALL, small), (LARGE, ~small)):
-        if len(stretches := _stretches(time, chosen)):
-            spans[name] = tuple(stretches[np.argmax(np.diff(stretches, axis=1))])
+    for name, chosen in ((SMALL, parts.small), (LARGE, ~parts.small)):
+        spans[name] = max(stretches(time, chosen), key=np.ptp, default=(math.inf, math.inf))
     spectra = {}
     for name, (begin, end) in spans.items():
         inside = (time >= begin) & (time <= end)
         if inside.sum() < _LEAST_SAMPLES:
             continue
-        even = _even(time[inside], position[inside], interval)[1]
-        frequency, power = power_spectrum(even, interval)
+        even = _even(time[inside], position[inside], parts.interval_s)
+        frequency, power = power_spectrum(even, parts.interval_s)
         low, law = float(frequency[power.argmax()]), None
         with suppress(NotEnoughDataError):
             require(low * _SHORTEST_FIT <= FIT_TO_HZ, "no room above the peak")
             law = fit_power_law(frequency, power, low=low, high=FIT_TO_HZ)
-        first, last = (float(time[inside][end]) for end in (0, -1))
-        spectra[name] = Spectrum(first, last, frequency, power, law)
+        spectra[name] = Spectrum(float(begin), float(end), even, frequency, power, law)
     return spectra

@@ -7,19 +7,6 @@ from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 
 
-def _setting(default: Any, words: str, **limits: float) -> Any:
-    """A field with its words and limits, of which command and configuration make theirs."""
-    return field(default=default, metadata={"words": words, "limits": limits})
-
-
-def _size(default: float, words: str = "") -> Any:
-    return _setting(default, words, gt=0)
-
-
-def _light(default: float) -> Any:
-    return _setting(default, "brightness", ge=0, le=255)
-
-
 @dataclass(frozen=True)
 class Scene:
     """Sizes of the things on the belt, in metres, and how bright they are.
@@ -28,26 +15,23 @@ class Scene:
     the right. The tape measure lies beside the chain and has its zero at the support.
     """
 
-    block_length: float = _size(0.04, "of a block, along the belt, m")  # Sec. II: 4 cm and 8 cm
-    block_width: float = _size(0.08, "of a block, across the belt, m")
-    spring_width: float = _size(0.012)  # diameter of the springs
-    coils: int = _size(8)  # turns of a spring
-    tape_gap: float = _size(0.015)  # distance of the tape measure from the blocks, and its width
-    tape_width: float = _size(0.02)
-    mark_spacing: float = _size(0.01, "of the marks of the tape, m")  # every tenth is longer
-    mark_width: float = _size(0.002)  # of a mark, along the belt, and across it
-    mark_length: float = _size(0.008)
-    long_mark_length: float = _size(0.014)
-    belt: float = _light(28.0)
-    block: float = _light(10.0)
-    white_block: float = _light(235.0)
-    spring: float = _light(90.0)
-    support: float = _light(70.0)
-    tape: float = _light(190.0)
-    mark: float = _light(20.0)
-
-    def __post_init__(self) -> None:
-        _check(self)
+    block_length: float = 0.04  # along the belt; Sec. II: 4 cm and 8 cm
+    block_width: float = 0.08
+    spring_width: float = 0.012
+    coils: int = 8  # turns of a spring
+    tape_gap: float = 0.015  # between the blocks and the tape
+    tape_width: float = 0.02
+    mark_spacing: float = 0.01  # every tenth mark is longer
+    mark_width: float = 0.002  # along the belt; lengths are across it
+    mark_length: float = 0.008
+    long_mark_length: float = 0.014
+    belt: float = 28.0
+    block: float = 10.0
+    white_block: float = 235.0
+    spring: float = 90.0
+    support: float = 70.0
+    tape: float = 190.0
+    mark: float = 20.0
 
     @property
     def width(self) -> float:
@@ -64,6 +48,11 @@ def lengths_of_blocks(n_blocks: int, block_length: float) -> float:
     return (n_blocks - 0.5) * block_length
 
 
+def _setting(default: Any, words: str, **limits: float) -> Any:
+    """A field with its words and limits, of which command and configuration make theirs."""
+    return field(default=default, metadata={"words": words, "limits": limits})
+
+
 @dataclass(frozen=True)
 class Camera:
     """A camera that looks straight down on the belt."""
@@ -72,8 +61,8 @@ class Camera:
     metres_per_pixel: float | None = _setting(
         None, "Scale of the picture; null for the scale at which the whole film just fits.", gt=0
     )
-    width: int = _setting(640, "Of the picture, pixels.", ge=16, le=8192, multiple_of=2)
-    height: int = _setting(96, "Of the picture, pixels.", ge=16, le=8192, multiple_of=2)
+    width: int = _setting(640, "Of the picture, pixels.", ge=16, le=8192)
+    height: int = _setting(96, "Of the picture, pixels.", ge=16, le=8192)
     # the instant of a frame is the middle of the exposure
     exposure: float = _setting(
         0.01, "Seconds for which the shutter is open, at most the time between frames.", ge=0
@@ -102,7 +91,15 @@ class Camera:
     seed: int = 1  # fixes the noise and which frames are lost
 
     def __post_init__(self) -> None:
-        _check(self)
+        for name, setting in camera_settings().items():
+            value = getattr(self, name)
+            if isinstance(setting.default, int):
+                checks.whole_number(name, value)
+            if value is not None or setting.default is not None:
+                checks.within(name, value, **setting.metadata["limits"])
+        for name in ("width", "height"):  # colours stand at every second pixel of a video
+            if getattr(self, name) % 2:
+                raise InputError(f"{name} = {getattr(self, name)}: must be an even number")
         checks.within("exposure", self.exposure, ge=0, le=1 / self.frames_per_second)
         checks.key("seed", self.seed)
 
@@ -110,20 +107,3 @@ class Camera:
 def camera_settings() -> dict[str, Any]:
     """The fields of a camera that a user sets, by name; films take their seed from elsewhere."""
     return {setting.name: setting for setting in fields(Camera) if setting.name != "seed"}
-
-
-def _check(settings: Any) -> None:
-    """Refuse values beyond the limits of their fields."""
-    for setting in fields(settings):
-        name, value = setting.name, getattr(settings, setting.name)
-        limits = setting.metadata.get("limits")
-        if limits is None or (value is None and setting.default is None):
-            continue
-        if "le" in limits and isinstance(setting.default, int):
-            checks.whole_number(name, value)
-        if "le" in limits:
-            checks.within(name, value, ge=limits["ge"], le=limits["le"])
-        else:
-            (checks.positive if "gt" in limits else checks.not_negative)(name, value)
-        if "multiple_of" in limits and value % limits["multiple_of"]:
-            raise InputError(f"{name} = {value}: must be an even number")

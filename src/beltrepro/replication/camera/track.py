@@ -7,7 +7,7 @@ middle of its light. The line through the places of all frames is the direction 
 
 from __future__ import annotations
 
-import csv
+import io
 import json
 import math
 from dataclasses import dataclass
@@ -17,8 +17,9 @@ from typing import Any
 import cv2
 import numpy as np
 
-from beltrepro.base import checks, reading
+from beltrepro.base import checks, names, reading
 from beltrepro.base.errors import InputError
+from beltrepro.replication.camera.recording import stretches
 from beltrepro.replication.camera.video import read_video
 
 SUPPORTS = {"left": 1, "right": -1}  # where the chain is held, and to which side x grows
@@ -36,7 +37,7 @@ _KNOWN = (
     "in a frame: scale = metres / pixels between them (--scale). zero = the pixel column of the "
     "point where x is 0, the fixed point of the chain (--zero)"
 )
-_NEEDED = ("time_s", "x_m")
+_NEEDED = ["time_s", "x_m"]
 _MOST_BYTES = 10**9  # of a table
 
 
@@ -70,25 +71,39 @@ class Track:
 
     @classmethod
     def load(cls, path: str | Path) -> Track:
-        """Read a CSV file with the columns time_s and x_m, and the settings if `save` wrote it.
-
-        Values are separated by commas, semicolons or tabs. Where they are not separated by commas,
-        a comma in a number is a decimal point. Other columns and empty rows are left out.
-        """
-        path = checks.path("path", path)
-        lines = [line for line in reading.text(path, _MOST_BYTES).splitlines() if line.strip()]
-        remarks = [line for line in lines if line.startswith(("#", '"#'))]  # as spreadsheets quote
+        """Read a CSV file with the columns time_s and x_m, and the settings if `save` wrote it."""
+        text = reading.text(checks.path("path", path), _MOST_BYTES)
         try:
-            time_s, x_m = _columns([line for line in lines if line not in remarks])
-        except (InputError, csv.Error) as reason:
+            time_s, x_m = _columns(text)
+        except ValueError as reason:
             raise InputError(f"{path}: {reason}") from None
         try:
-            said = json.loads(remarks[0].lstrip("#"))
+            said = json.loads(text.partition("\n")[0].removeprefix("#"))
             lost_s = np.array(said["lost_s"], dtype=float).reshape(-1, 2)
             scale, zero, angle = said["metres_per_pixel"], tuple(said["zero"]), said["angle"]
             return cls(time_s, x_m, lost_s, scale, zero, angle)
-        except (IndexError, KeyError, TypeError, ValueError):  # of another program
+        except (KeyError, TypeError, ValueError):  # of another program
             return cls(time_s, x_m, np.empty((0, 2)))
+
+
+def _columns(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Instants and places in a table; ValueError in a line where it has none."""
+    import pandas as pd  # not needed to film and track
+
+    try:
+        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)
+    except pd.errors.EmptyDataError:
+        table = pd.DataFrame()
+    if missing := [name for name in _NEEDED if name not in table]:
+        raise ValueError(f"lacks the column {', '.join(missing)}")
+    values = table[_NEEDED].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+    if not len(values):
+        raise ValueError("has no rows")
+    wrong = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    if wrong.size:
+        row = ", ".join(map(str, table[_NEEDED].iloc[wrong[0]]))
+        raise ValueError(f"row {wrong[0] + 1} has no finite number in time_s or x_m: {row}")
+    return values.T
 
 
 def track(
@@ -106,10 +121,9 @@ def track(
     """
     if scale is None or zero is None:
         raise InputError(_KNOWN)
-    checks.within("scale", scale, ge=_SCALES[0], le=_SCALES[1])
+    scale = checks.within("scale", scale, ge=_SCALES[0], le=_SCALES[1])
     zero = checks.finite_number("zero", zero)
-    if support not in SUPPORTS:
-        raise InputError(f"support = {support!r}: allowed are {', '.join(SUPPORTS)}")
+    side = SUPPORTS[names.one_of("support", support, SUPPORTS)]
     frames = [(time_s, *_block(picture, scale)) for time_s, picture in read_video(video)]
     time, column, row, area, height, second = np.array(frames).T
     alike = np.isfinite(column) & (second > _ALIKE * area)
@@ -129,19 +143,15 @@ def track(
     for _ in range(2):  # what is not on the line of most places is another thing
         slope, level = _line(column[seen], row[seen])
         seen &= np.abs(row - level - slope * column) < _SIZE * np.median(height[seen])
-    x = SUPPORTS[support] * scale * math.hypot(1, slope) * (column[seen] - zero)
+    x = side * scale * math.hypot(1, slope) * (column[seen] - zero)
     if np.median(x) < 0:
         raise InputError(
             f"{video}: the block is on the side of the support, {np.median(x):.3g} m from zero: "
             f"give the column of x = 0, --zero, or the other side, --support"
         )
+    place = zero, level + slope * zero
     return Track(
-        time_s=time[seen],
-        x_m=x,
-        lost_s=_stretches(time, ~seen),
-        metres_per_pixel=float(scale),
-        zero=(zero, level + slope * zero),
-        angle=math.degrees(math.atan(slope)),
+        time[seen], x, stretches(time, ~seen), scale, place, math.degrees(math.atan(slope))
     )
 
 
@@ -190,35 +200,3 @@ def _line(column: np.ndarray, row: np.ndarray) -> tuple[float, float]:
     way = column - column.mean()
     slope = float(way @ row / max(way @ way, len(way)))  # a way of a pixel has no direction
     return slope, float(row.mean() - slope * column.mean())
-
-
-def _stretches(time_s: np.ndarray, lost: np.ndarray) -> np.ndarray:
-    """Begin and end (L, 2) of the runs of frames that are lost."""
-    change = np.flatnonzero(np.diff(np.pad(lost.astype(np.int8), 1)))
-    return np.column_stack([time_s[change[::2]], time_s[change[1::2] - 1]])
-
-
-def _columns(lines: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Instants and places in a table."""
-    header = lines[0] if lines else ""
-    separator = max(",;\t", key=header.count)
-    rows = csv.DictReader(lines, delimiter=separator)
-    rows.fieldnames = [name.strip().lower() for name in rows.fieldnames or ()]
-    if missing := [name for name in _NEEDED if name not in rows.fieldnames]:
-        first = f"; its first line is {checks.shown(header)}" if header else ""
-        raise InputError(f"lacks the column {', '.join(missing)}{first}")
-    values: list[list[float]] = []
-    for number, row in enumerate(rows, 1):
-        words = [row[name] or "" for name in _NEEDED]
-        if not any(map(str.strip, words)):
-            continue
-        try:
-            values.append([float(w if separator == "," else w.replace(",", ".")) for w in words])
-        except ValueError:
-            raise InputError(f"row {number} has no number in time_s or x_m: {words}") from None
-        if not np.isfinite(values[-1]).all():
-            raise InputError(f"row {number} has no finite number in time_s or x_m: {words}")
-    if not values:
-        raise InputError("has no rows")
-    time_s, x_m = np.array(values).T
-    return time_s, x_m

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.model import units
 from beltrepro.replication.camera import recording
 from beltrepro.simulation.run import Run
-from beltrepro.simulation.setup import Chains, Setup, part_of, setup_of
+from beltrepro.simulation.setup import Chains, part_of, setup_of
 from beltrepro.simulation.trajectories import simulate
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
@@ -38,21 +38,15 @@ def trials(
     """
     made = setup_of(chains, setup)
     lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
-    settings: dict[str, Any] = {"duration": duration, "transient": transient}
-    settings |= {"sample_start": transient, "sample_interval": sample_interval}
     rows: list[dict[str, float]] = []
     while len(rows) < len(made.cases):
         part = part_of(made, slice(len(rows), len(rows) + _AT_ONCE))
-        rows += _trials(part, lasting_s, settings)
+        runs = simulate(part, duration=duration, transient=transient,
+                        sample_start=transient, sample_interval=sample_interval)  # fmt: skip
+        rows += [_trial(run, lasting_s) for run in ([runs] if isinstance(runs, Run) else runs)]
         if progress is not None:
             progress(len(rows) / len(made.cases))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def _trials(setup: Setup, lasting_s: float, settings: dict) -> list[dict[str, float]]:
-    """What recordings of runs would tell, a row for each."""
-    runs = simulate(setup, **settings)
-    return [_trial(run, lasting_s) for run in ([runs] if isinstance(runs, Run) else runs)]
 
 
 def _trial(run: Run, lasting_s: float) -> dict[str, float]:
@@ -61,25 +55,23 @@ def _trial(run: Run, lasting_s: float) -> dict[str, float]:
     x_m = units.to_si(run.positions[:, -1], "length")
     try:
         seen = recording.regimes(time_s, x_m, lasting_s=lasting_s)
-    except recording.NotEnoughDataError as reason:
+    except NotEnoughDataError as reason:
         raise InputError(f"sample_interval = {run.sample_interval:g}: {reason}") from None
+    lasting, lively = (
+        units.from_si(np.diff(stretches, axis=1).max(initial=0.0), "time")
+        for stretches in (seen.lasting_s, seen.lively_s)
+    )
     return {
         "mean_length": units.from_si(seen.mean_length, "length"),
         "disorder_parameter": seen.disorder_parameter,
         "small_share": seen.small_share,
         "lasting_share": seen.lasting_share,
         "lasting_count": len(seen.lasting_s),
-        "lasting_longest": _longest(seen.lasting_s),
-        "lively_longest": _longest(seen.lively_s),
+        "lasting_longest": lasting,
+        "lively_longest": lively,
         "slip_longest": _slip(run, [run.parameters.n_blocks]),
         "all_slip_longest": _slip(run, range(1, run.parameters.n_blocks + 1)),
     }
-
-
-def _longest(stretches_s: np.ndarray) -> float:
-    """Length of the longest of them, model time; 0 if there are none."""
-    longest = float(np.max(np.diff(stretches_s, axis=1), initial=0.0))
-    return units.from_si(longest, "time")
 
 
 def _slip(run: Run, blocks: Sequence[int]) -> float:

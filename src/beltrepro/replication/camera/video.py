@@ -44,25 +44,23 @@ def write_video(
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
     stream, count = None, 0
-    with replacing(path) as part:
-        with av.open(str(part), "w") as container:
-            for time_s, picture in frames:
-                frame = _to_be_written(picture)
-                if stream is None:
-                    rate = Fraction(frames_per_second).limit_denominator(1001)  # as containers do
-                    stream = container.add_stream("libx264", rate=rate)
-                    stream.height, stream.width = picture.shape[:2]
-                    stream.pix_fmt = _PIXELS
-                    stream.codec_context.time_base = _TICK
-                    stream.codec_context.color_range = frame.color_range
-                    stream.options = {"crf": str(compression), "preset": preset}
-                frame.pts, frame.time_base = round(time_s / _TICK), _TICK
-                container.mux(stream.encode(frame))
-                count += 1
-            if stream is not None:
-                container.mux(stream.encode())
-        if not count:
+    with replacing(path) as part, av.open(str(part), "w") as container:
+        for time_s, picture in frames:
+            frame = _to_be_written(picture)
+            if stream is None:
+                rate = Fraction(frames_per_second).limit_denominator(1001)  # as containers do
+                stream = container.add_stream("libx264", rate=rate)
+                stream.height, stream.width = frame.height, frame.width
+                stream.pix_fmt = _PIXELS
+                stream.codec_context.time_base = _TICK
+                stream.codec_context.color_range = frame.color_range
+                stream.options = {"crf": str(compression), "preset": preset}
+            frame.pts, frame.time_base = round(time_s / _TICK), _TICK
+            container.mux(stream.encode(frame))
+            count += 1
+        if stream is None:
             raise InputError(f"{path}: no frame to write")
+        container.mux(stream.encode())
     return count
 
 

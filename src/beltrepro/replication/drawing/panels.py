@@ -2,6 +2,7 @@
 
 import functools
 import re
+import string
 import textwrap
 from contextlib import contextmanager
 
@@ -10,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
-from beltrepro.stats import sections, spectra
+from beltrepro.stats import intermittency, sections, spectra
 
 # What the axes of the paper show, in its symbols (model units).
 BELT_VELOCITY, NOISE, TIME = "$u$", r"$\sigma$", "$t$"
@@ -72,6 +73,21 @@ def last_block(series):
     return arrays["time"], arrays["positions"][:, -1], relative
 
 
+# --- which estimates an artist shows --------------------------------------------------------------
+
+SEPARATOR = " :: "
+
+
+def shows(artist, claim, *names, variant=""):
+    """Mark an artist as one that shows these estimates of a claim, for a test that compares them.
+
+    A line or errorbar shows them by its places along one axis, in the order of its points, a span
+    by its two ends, a text by the numbers in it. Containers are marked at their first line.
+    """
+    first = artist[0] if isinstance(artist, tuple | list) else artist
+    first.set_gid(SEPARATOR.join((f"{claim}: {variant}" if variant else claim, *names)))
+
+
 # --- words on a panel -----------------------------------------------------------------------------
 
 
@@ -80,15 +96,18 @@ def true_minus(text):
     return re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text)
 
 
-def letter(axes, text):
-    """Letter of a panel, above its upper left corner."""
-    axes.set_title(f"{text}.", loc="left", weight="bold")
+def page(height, layout, **how):
+    """A page with lettered panels: `layout` is "aa;bc" as of `Figure.subplot_mosaic`."""
+    figure = style.page(height)
+    places = figure.subplot_mosaic(layout, **how)
+    letters(*places.values())
+    return figure, list(places.values())
 
 
 def letters(*panels):
-    """A letter for each panel, in their order."""
-    for axes, text in zip(panels, "abcdefghijkl", strict=False):
-        letter(axes, text)
+    """A letter above the upper left corner of each panel, in their order."""
+    for axes, text in zip(panels, string.ascii_lowercase, strict=False):
+        axes.set_title(f"{text}.", loc="left", weight="bold")
 
 
 def remark(axes, text):
@@ -222,6 +241,17 @@ def limits(axes, place, low, **look):
         axes.errorbar(place, low, low, lolims=True, **look | {"linestyle": "none"})
 
 
+def intervals_or_limits(axes, place, value, low, high, *, label="", **look):
+    """Marks with intervals, and arrows up from the lower limits of what is not known to end."""
+    ended = np.isfinite(high)
+    if ended.any():
+        numbers = (numbers[ended] for numbers in (place, value, low, high))
+        intervals(axes, *numbers, label=label, linestyle="none", **look)
+    label = "" if ended.any() else label
+    look = {name: look[name] for name in look if not name.startswith("mark")}
+    limits(axes, place[~ended], low[~ended], label=label, **look)
+
+
 def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
     """r along u or sigma, median over replicates, a mark each: branches that coexist have no line.
 
@@ -284,3 +314,120 @@ def section_name(row):
     """The section of a row in words: "section x_N = 615"; empty for an empty row."""
     positions = np.unique(row["section_position"])
     return f"section $x_N = {positions[0]:g}$" if positions.size else ""
+
+
+# --- independent runs: a dot each, means where there is one branch -------------------------------
+
+# Runs at a point lie on one branch if the largest value is at most this multiple of the least: the
+# branches of r differ by factors of three and more.
+ONE_BRANCH = 1.5
+
+
+def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **changes):
+    """A small mark for each run; a line of their means where they lie on one branch.
+
+    apart : largest ratio of the values of one branch; infinite for what always has a mean, 0 for
+    what never has.
+    """
+    spread = sections.spread(abscissa, values)
+    if not spread.place.size:
+        return
+    look = style.line_style(index) | {"markersize": 2.6, "markeredgewidth": 0.3} | changes
+    measured = np.isfinite(values)
+    dots = {"markersize": 1.5, "markeredgewidth": 0, "zorder": 1.5, "alpha": 0.7}
+    dots |= {name: look[name] for name in ("color", "marker")}
+    place, value = np.asarray(abscissa)[measured], np.asarray(values)[measured]
+    axes.plot(place, value, linestyle="none", **dots)
+    joined = spread.mean
+    if np.isfinite(apart):
+        joined = np.where(spread.high <= apart * spread.low, joined, np.nan)
+    axes.plot(spread.place, joined, label=label, **look)
+
+
+def crosses(axes, abscissa, values, colour, overlay):
+    """A cross for each run by the other integrator, over those of `draw_runs`."""
+    label = overlay if overlay not in axes.get_legend_handles_labels()[1] else None
+    look = {"markersize": 2.6, "markeredgewidth": 0.5, "label": label}
+    axes.plot(abscissa, values, "x", color=colour, **look)
+
+
+def against_noise(figure, data, name, places, *, across):
+    """r against noise from columns of the scan `name`: above as in the paper, below all runs.
+
+    Above there is one run at each point, all columns in one panel; below a panel for each column,
+    with points of the other integrator, if given, as crosses over it.
+    places : dict, words by (n_blocks, belt_velocity).  across : panels in a row.
+    """
+    down = -(-len(places) // across)
+    grid = figure.add_gridspec(down + 1, across, height_ratios=[1.7] + [1] * down)
+    above, below = figure.add_subplot(grid[0, :]), []
+    for number, ((n_blocks, velocity), words) in enumerate(places.items()):
+        shared = dict.fromkeys(("sharex", "sharey"), below[0] if below else None)
+        axes = figure.add_subplot(grid[1 + number // across, number % across], **shared)
+        below.append(axes)
+        axes.set_title(words)
+        for scan, overlay in layers(data, name):
+            column = sections.columns(scan, n_blocks=n_blocks, belt_velocity=velocity)
+            noise, disorder = column["noise"], column["disorder_parameter"]
+            if not overlay:
+                first = column["replicate"] == column["replicate"].min(initial=0)
+                single_runs(above, noise[first], disorder[first], number, label=words)
+                draw_runs(axes, noise, disorder, number)
+            elif noise.size:
+                crosses(axes, noise, disorder, style.VERMILION, overlay)
+        if not axes.lines:
+            note(axes, "no r in this column", width=12)
+        axes.set(xlabel=NOISE, ylabel=DISORDER)
+        axes.label_outer()
+    letters(above, *below)
+    finish_curves(above, xlabel=NOISE, ncols=across)
+    below[0].set_ylim(bottom=0)
+    return [above, *below]
+
+
+# --- traces with their laminar phases -------------------------------------------------------------
+
+
+def laminar_phases(series, laminar_time):
+    """Begin and end of the laminar phases of the last block after the transient: (L, 2)."""
+    about = series.attributes
+    span = {"start": about["transient"], "stop": about["duration"]}
+    events, n_blocks = series.arrays["events"], about["n_blocks"]
+    *_, relative_velocity = last_block(series)
+    # without an event the last block rides on the belt for good, or slips for good
+    if not np.any(events["block"] == n_blocks) and np.any(relative_velocity != 0):
+        return np.array([[span["start"], span["stop"]]])
+    return intermittency.last_block_phases(events, n_blocks, laminar_time, **span)
+
+
+def half_laminar(series, laminar_time, length):
+    """(begin, end) of the part of this length, after the transient, nearest to half laminar.
+
+    The earliest of several: of a run that has one motion only, the begin.
+    """
+    start, stop = (float(series.attributes[name]) for name in ("transient", "duration"))
+    begins = np.arange(start, max(stop - length, start) + 1e-6, length / 10)
+    laminar, first = laminar_phases(series, laminar_time), begins[:, np.newaxis, np.newaxis]
+    share = np.diff(np.clip(laminar, first, first + length), axis=2).sum(axis=(1, 2)) / length
+    begin = float(begins[np.argmin(np.abs(share - 0.5).round(9))])
+    return begin, begin + length
+
+
+def laminar_trace(axes, series, laminar_time, window, *, zero=0.0):
+    """x_N(t) within `window` = (begin, end), laminar phases shaded and counted in the title.
+
+    zero : instant from which the time on the axis is counted.
+    """
+    time, position, _ = last_block(series)
+    shown = (time >= window[0]) & (time <= window[1])
+    trace(axes, time[shown] - zero, position[shown], ylabel=POSITION)
+    laminar = laminar_phases(series, laminar_time)
+    for begin, end in np.clip(laminar, *window) - zero:
+        if end > begin:
+            axes.axvspan(begin, end, color=style.ORANGE, alpha=0.3, linewidth=0, zorder=0)
+    about = series.attributes
+    length = about["duration"] - about["transient"]
+    share = np.diff(laminar, axis=1).sum() / length if length else 0.0
+    many = "1 laminar phase" if len(laminar) == 1 else f"{len(laminar)} laminar phases"
+    point = rf"$u = {about['belt_velocity']:g}$, $\sigma = {about['noise']:g}$"
+    remark(axes, f"{point}: {many}, {share:.0%} of $t$ = {length:g}")

@@ -20,9 +20,9 @@ from beltrepro.replication.plan import io, registry
 from beltrepro.replication.report import conduct, judged
 from beltrepro.replication.report.findings import typeset
 from beltrepro.replication.report.material import ROOM, Material, length
-from beltrepro.replication.studies.chaos import words as chaos
-from beltrepro.replication.studies.experiment import words as experiment
-from beltrepro.replication.studies.integrators import words as integrators
+from beltrepro.replication.studies.chaos import measure as chaos
+from beltrepro.replication.studies.experiment import measure as experiment
+from beltrepro.replication.studies.integrators import measure as integrators
 from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS, range_in_words
 from beltrepro.replication.verdicts.ledger import read_yaml
 

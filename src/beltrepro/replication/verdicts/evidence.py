@@ -15,6 +15,7 @@ from beltrepro.stats.estimates import Estimate
 # the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
 _SYMBOLS = {"n_blocks": "N", "belt_velocity": "u", "noise": "sigma"}  # of the paper
+SCHEME, EXACT = "the paper's scheme", "exact dynamics"  # names of readings
 SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
 SCANS_WITH_REPLICATES = ("n5_replicates", "size_replicates")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 from types import MappingProxyType
 from typing import Any
@@ -32,7 +32,7 @@ SECTIONS = {
     "integrators": "integrators",
     "branches": "branches",
 }
-REGISTRY: dict[str, Callable] = {}
+REGISTRY: dict[str, dict[str, Callable]] = {}  # by claim and reading
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # What a statement is about. A `construction` is true because the model is built so, `validation`
@@ -93,20 +93,40 @@ class Claim:
         return max((change.seen for change in self.history), key=SEEN.index)
 
 
-def claim(identifier: str) -> Callable:
-    """Register a function `(evidence) -> Measurement`, or one that returns readings, for a claim.
+def claim(identifier: str, reading: str | dict[str, Any] = "") -> Callable:
+    """Register a function `(evidence) -> Measurement` for a claim, or for one of its readings.
 
-    Readings are a dict of functions `() -> Measurement` by name; each criterion names the one that
-    it judges, or judges the first.
+    Each criterion names the reading that it judges, or judges the first.
+
+    reading : its name; of several, by name what each gives the function behind `evidence`. Without
+    a name the function may return readings, a dict of functions `() -> Measurement`.
     """
 
     def register(function: Callable) -> Callable:
-        if identifier in REGISTRY:
+        if isinstance(reading, str):
+            by_name = {reading: function}
+        else:
+            by_name = {name: partial(_given, function, what) for name, what in reading.items()}
+        known = REGISTRY.setdefault(identifier, {})
+        together = [*known, *by_name]
+        if len(set(together)) < len(together) or ("" in together and len(together) > 1):
             raise ValueError(f"claim {identifier!r} has two functions")
-        REGISTRY[identifier] = function
+        known.update(by_name)
         return function
 
     return register
+
+
+def _given(function: Callable, what: Any, evidence: Any) -> Any:
+    return function(evidence, what)
+
+
+def readings_of(identifier: str, evidence: Any) -> Any:
+    """The readings of a claim as functions by name, or its measurement if it has no others."""
+    functions = REGISTRY[identifier]
+    if "" in functions:
+        return functions[""](evidence)
+    return {name: partial(function, evidence) for name, function in functions.items()}
 
 
 def read_yaml(room: str, name: str) -> Any:

@@ -18,7 +18,7 @@ from beltrepro.replication.verdicts.criteria import (
     Measurement,
 )
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger
+from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger, readings_of
 
 COLUMNS = (
     *("id", "figure", "kind", "says", "statement", "paper"),
@@ -90,7 +90,7 @@ def _readings(evidence: Evidence, claim: Claim) -> dict[str, Measurement | str]:
 
     if claim.id not in REGISTRY:
         return {"": Measurement()}
-    measured = tried(lambda: REGISTRY[claim.id](evidence))
+    measured = tried(lambda: readings_of(claim.id, evidence))
     if not isinstance(measured, dict):
         return {"": measured}
     return {name: tried(reading) for name, reading in measured.items()}

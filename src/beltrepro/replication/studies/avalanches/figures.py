@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from beltrepro.replication.drawing import marks, panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
@@ -42,12 +42,9 @@ def fig08(data):
     time, position, relative = panels.last_block(series)
     shown = time >= (time[-1] - SHOWN if time.size else 0.0)
     time, position, relative = time[shown], position[shown], relative[shown]
-
-    figure = style.page(4.2)
-    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]], height_ratios=(1, 1, 1.4))
-    upper, lower, spectrum, enlarged = places.values()
-    for mark, axes in places.items():
-        panels.letter(axes, mark)
+    figure, (upper, lower, spectrum, enlarged) = panels.page(
+        4.2, "aa;bb;cd", height_ratios=(1, 1, 1.4)
+    )
     panels.trace(upper, time, position, ylabel=panels.POSITION)
     panels.spectrum(spectrum, series, measure.as_amplitude, ylabel=r"amplitude $A(\nu)$")
     with panels.shortage_on(spectrum):
@@ -66,17 +63,18 @@ def fig08(data):
 
 def _law(axes, series):
     """The power law of the mean spectrum of its stretches, beside the printed one."""
-    fit, paper = measure.amplitude_law(series), printed("spectrum-exponent")
-    for exponent, prefactor, words, look in (
-        (fit.exponent.value, fit.prefactor.value, "fit: ", {}),
-        (paper["exponent"], paper["prefactor"], "paper: ", _DASHED),
+    fit = measure.spectral_law(series, amplitude=True).judged
+    ours = {name: estimate.value for name, estimate in fit.items()}
+    for numbers, words, look in (
+        (ours, "fit: ", {}),
+        (printed("spectrum-exponent"), "paper: ", _DASHED),
     ):
-        law = PowerLawFit(exponent, np.nan, prefactor, *FIT_BAND)
-        label = rf"{words}${prefactor:.2g}\,\nu^{{{exponent:.2f}}}$"
+        law = PowerLawFit(numbers["exponent"], np.nan, numbers["prefactor"], *FIT_BAND)
+        label = rf"{words}${law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
         panels.power_law(axes, law, label=label, **look)
     axes.set_ylim(bottom=axes.get_ylim()[0] / _ROOM)
     first, *_ = axes.legend(loc="lower left").get_texts()
-    marks.shown(first, "spectrum-exponent", "exponent")
+    panels.shows(first, "spectrum-exponent", "exponent")
 
 
 # --- Fig. 9: sizes and energies of avalanches -----------------------------------------------------
@@ -86,61 +84,50 @@ def _law(axes, series):
 def fig09(data):
     """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches."""
     catalogue = data["slips_u1"]
-    n_slips = measure.last_block_energies(catalogue).values.size
-    energies = measure.avalanche_energies(catalogue)
-    figure = style.page(4.4)
-    left, right = figure.subplots(2, 1)
-    panels.letter(left, "a")
-    panels.letter(right, "b")
-    sizes = measure.slip_sizes(catalogue, "laboratory")
-    _density(left, sizes, f"laboratory frame, {n_slips} slips", "slip-size-exponent")
-    _other_reading(left, measure.slip_sizes(catalogue, "belt"), "frame of the belt")
+    sizes, energies = measure.slip_sizes(catalogue), measure.avalanche_energies(catalogue)
+    of_last = measure.last_block_energies(catalogue)
+    in_belt = measure.slip_sizes(catalogue, "belt")
+    figure, (left, right) = panels.page(4.4, "a;b")
+    words = f"laboratory frame, {of_last.values.size} slips"
+    _densities(left, (sizes, words), (in_belt, "frame of the belt"), "slip-size-exponent")
+    left.set(xlabel=r"$\Delta x_s$", ylabel=r"$P(\Delta x_s)$")
     words = f"whole chain, {energies.values.size} avalanches"
-    _density(right, energies, words, "slip-energy-exponent")
-    _other_reading(right, measure.last_block_energies(catalogue), "last block only")
-    _finish(left, r"$\Delta x_s$", r"$P(\Delta x_s)$", "slip-size-exponent")
-    _finish(right, r"$\Delta E$", r"$P(\Delta E)$", "slip-energy-exponent")
+    _densities(right, (energies, words), (of_last, "last block only"), "slip-energy-exponent")
+    right.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$")
     return figure
 
 
-def _density(axes, sample, label, claim):
-    """Density of a sample of several runs, its power law, and the exponent of the paper."""
+def _densities(axes, first, other, claim):
+    """Density of a sample with its power law, that of the paper, and another reading of it."""
+    look = {"fmt": "o", "color": style.BLUE, "elinewidth": 0.9, "zorder": 3}
+    pale = {"color": style.SKY, "markerfacecolor": "none", "markersize": 3.5, "zorder": 1}
     with panels.shortage_on(axes, place=(0.68, 0.66)):
-        look = {"fmt": "o", "color": style.BLUE, "elinewidth": 0.9, "zorder": 3}
-        _density_with_errors(axes, sample, measure.BINS_PER_DECADE, label=label, **look)
+        sample, label = first
+        _density(axes, measure.Histogram.of(sample), label=label, **look)
         law, exponent = measure.density_law(sample)
         words = rf"$\alpha = {exponent.value:.2f}$"
         panels.power_law(axes, law, linewidth=1.8, zorder=2, label=words)
         panels.printed_slope(axes, law, printed(claim))
-
-
-def _density_with_errors(axes, sample, bins_per_decade, **look):
-    """Density of a sample with the standard errors that its runs tell."""
-    bins = {"bins_per_decade": bins_per_decade}
-    centre, density, count = measure.log_histogram(sample.values, **bins)
-    error = measure.density_error(*sample, centre, **bins)
-    filled = count > 0
-    axes.errorbar(centre[filled], density[filled], np.nan_to_num(error[filled]), **look)
-
-
-def _other_reading(axes, sample, label):
     with panels.shortage_on(axes, place=(0.68, 0.66)):
-        centre, density, count = measure.log_histogram(
-            sample.values, bins_per_decade=measure.BINS_PER_DECADE
-        )
-        look = {"color": style.SKY, "markerfacecolor": "none", "markersize": 3.5, "zorder": 1}
-        axes.loglog(centre[count > 0], density[count > 0], "s", label=label, **look)
-
-
-def _finish(axes, xlabel, ylabel, claim):
-    axes.set(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
+        sample, label = other
+        histogram = measure.Histogram.of(sample)
+        filled = histogram.count > 0
+        axes.loglog(histogram.centre[filled], histogram.density[filled], "s", label=label, **pale)
+    axes.set(xscale="log", yscale="log")
     if axes.lines:
         panels.plain_log(axes.xaxis)
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.25)
         for text in axes.legend(loc="upper right").get_texts():
             if "alpha" in text.get_text():
-                marks.shown(text, claim, "exponent")
+                panels.shows(text, claim, "exponent")
+
+
+def _density(axes, histogram, **look):
+    """Density with the standard errors that its chains tell."""
+    filled = histogram.count > 0
+    error = np.nan_to_num(histogram.error)
+    axes.errorbar(histogram.centre[filled], histogram.density[filled], error[filled], **look)
 
 
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
@@ -153,10 +140,8 @@ BINS = (240, 240)
 @panels.draws(FIGURES)
 def fig10(data):
     """Section points with v_rN < 0 in the plane (x_N, v_rN): a density where there are many."""
-    figure = style.page(2.6)
-    grid = figure.subplots(1, 2, sharex=True, sharey=True)
-    for axes, mark, name in zip(grid, "ab", FIGURES["fig10"].uses, strict=True):
-        panels.letter(axes, mark)
+    figure, grid = panels.page(2.6, "ab", sharex=True, sharey=True)
+    for axes, name in zip(grid, FIGURES["fig10"].uses, strict=True):
         _section(figure, axes, data[name])
     grid[0].set_ylabel(panels.RELATIVE_VELOCITY)
     return figure
@@ -173,26 +158,20 @@ def _section(figure, axes, catalogue):
     look = {"markersize": size, "markeredgewidth": 0, "rasterized": True}
     if old.any():
         axes.plot(position[old], relative[old], ".", color=style.ORANGE, **look)
-    _draw_points(figure, axes, position[new], relative[new], look)
-    runs = np.unique(points["point"]).size
-    place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
-    axes.set_xlabel(f"{panels.POSITION} at {place}")
-    motion = panels.METHODS[about["method"]]
-    words = f"{motion}, {runs} runs:\n{new.sum()} of {slipping.sum()} points are new"
-    panels.remark(axes, words)
-
-
-def _draw_points(figure, axes, position, relative, look):
-    if position.size == 0:
+    if not new.any():
         panels.note(axes, "no section point at which the last block slips")
-    elif position.size < DENSITY_FROM:
-        axes.plot(position, relative, ".", color=style.BLUE, **look)
+    elif new.sum() < DENSITY_FROM:
+        axes.plot(position[new], relative[new], ".", color=style.BLUE, **look)
         axes.margins(0.02)
     else:
-        count, *edges = np.histogram2d(position, relative, BINS)
+        count, *edges = np.histogram2d(position[new], relative[new], BINS)
         count = np.where(count > 0, count, np.nan)
         image = axes.pcolormesh(*edges, count.T, norm=LogNorm(), rasterized=True)
         figure.colorbar(image, ax=axes, pad=0.01, location="bottom", label="points per cell")
+    place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
+    axes.set_xlabel(f"{panels.POSITION} at {place}")
+    runs = f"{panels.METHODS[about['method']]}, {np.unique(points['point']).size} runs"
+    panels.remark(axes, f"{runs}:\n{new.sum()} of {slipping.sum()} points are new")
 
 
 # --- Not in the paper: avalanches of chains of several lengths ------------------------------------
@@ -204,28 +183,25 @@ LEAST_FITTED = 5  # blocks
 @panels.draws(FIGURES)
 def avalanches(data):
     """a: density of the dissipated energy for each N; b: its cutoff against N."""
-    catalogues = (data[name] for name in FIGURES["avalanches"].uses)
-    figure = style.page(4.2)
-    left, right = figure.subplots(2, 1, height_ratios=(1.3, 1))
-    panels.letter(left, "a")
-    panels.letter(right, "b")
+    figure, (left, right) = panels.page(4.2, "a;b", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
-    samples = {
-        int(catalogue.attributes["n_blocks"]): measure.all_energies(catalogue)
-        for catalogue in catalogues
-    }
-    for index, (n_blocks, sample) in enumerate(samples.items()):
-        if (sample.values > 0).any():
-            label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
-            look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
-            _density_with_errors(left, sample, BINS_PER_DECADE, label=label, **look)
-    if left.lines:
+    samples = {}
+    for index, name in enumerate(FIGURES["avalanches"].uses):
+        sample = measure.all_energies(data[name])
+        if not (sample.values > 0).any():
+            continue
+        n_blocks = int(data[name].attributes["n_blocks"])
+        label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
+        look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
+        _density(left, measure.Histogram.of(sample, BINS_PER_DECADE), label=label, **look)
+        samples[n_blocks] = sample
+    if samples:
         left.legend(loc="lower left")
     else:
         panels.note(left, "no avalanche in these catalogues")
     with panels.shortage_on(right):
-        _cutoffs(right, {n: sample for n, sample in samples.items() if (sample.values > 0).any()})
+        _cutoffs(right, samples)
     return figure
 
 
@@ -233,17 +209,16 @@ def _cutoffs(axes, samples):
     """With N = 3, whose motion is another, the law is not fitted."""
     n_blocks, cutoffs, _ = measure.growth(samples)
     growth = measure.growth({n: sample for n, sample in samples.items() if n >= LEAST_FITTED})
-    cutoff = np.array([estimate.value for estimate in cutoffs])
-    bars = [[estimate.value - estimate.low, estimate.high - estimate.value] for estimate in cutoffs]
+    numbers = np.transpose([estimate.numbers for estimate in cutoffs])
     label = f"{measure.CUTOFF_QUANTILE:.0%} quantile"
-    axes.errorbar(n_blocks, cutoff, np.transpose(bars), fmt="o", color=style.BLUE, label=label)
+    panels.intervals(axes, n_blocks, *numbers, fmt="o", color=style.BLUE, label=label)
     largest = [sample.values.max() for sample in samples.values()]
     axes.plot(n_blocks, largest, "^", color=style.GREY, label="largest")
     look = {"color": style.VERMILION, "label": rf"$\propto N^{{{growth.power.value:.2f}}}$"}
-    axes.plot(growth.n_blocks, growth.line(growth.n_blocks), **look)
+    axes.plot(growth.n_blocks, growth.line(), **look)
     axes.set_xticks(n_blocks, [f"{n:g}" for n in n_blocks])
     axes.minorticks_off()
     panels.plain_log(axes.yaxis)
     for text in axes.legend(loc="upper left").get_texts():
         if "propto" in text.get_text():
-            marks.shown(text, "soc-cutoff", "energy: growth with N")
+            panels.shows(text, "soc-cutoff", "energy: growth with N")

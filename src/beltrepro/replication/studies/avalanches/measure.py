@@ -7,9 +7,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from beltrepro.base.errors import require
+from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.stats import estimates, power_law, spectra
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.power_law import PowerLawFit, fit_log_log
+from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
 MINIMUM_COUNT = 10
@@ -22,7 +23,6 @@ CUTOFF_RESOLUTION = 0.02
 STARTS_TRIED = 12
 LEAST_CYCLES = 10  # of the lowest frequency of a fit, in a stretch of a series
 LEAST_STRETCHES, STRETCHES = 4, 20
-SLOW_BAND = (0.0005, 0.003)  # slower than the whole chain sticks and slips
 PRINTED_LENGTH = 1e6  # of the series behind Fig. 8, if it is as long as those behind Fig. 12
 
 
@@ -35,110 +35,65 @@ class Sample(NamedTuple):
     values: np.ndarray
     chain: np.ndarray
 
-    def by_chain(self) -> list[np.ndarray]:
-        """Values of each chain."""
+    def by_chain(self) -> np.ndarray:
+        """Values of each chain as one object, so that chains can be drawn anew."""
         order = np.argsort(self.chain, kind="stable")
         _, first = np.unique(self.chain[order], return_index=True)
-        return np.split(self.values[order], first[1:])
+        return np.fromiter(np.split(self.values[order], first[1:]), dtype=object)
 
 
-def parts(catalogue) -> tuple[np.ndarray, np.ndarray, int]:
-    """Slips, avalanches and N."""
-    arrays = catalogue.arrays
-    return arrays["slips"], arrays["avalanches"], int(catalogue.attributes["n_blocks"])
+def last_block_slips(catalogue) -> np.ndarray:
+    """The slips that belong to the last block."""
+    slips = catalogue.arrays["slips"]
+    return slips[slips["block"] == catalogue.attributes["n_blocks"]]
 
 
 def slip_sizes(catalogue, frame: str = "laboratory") -> Sample:
-    """Positive slip sizes of the last block."""
-    slips, _, n_blocks = parts(catalogue)
-    belt_velocity = catalogue.attributes["belt_velocity"]
-    sizes = last_block_slip_sizes(slips, n_blocks, belt_velocity, frame)
-    chain = last_block_slips(slips, n_blocks)["point"]
-    return Sample(sizes[sizes > 0], chain[sizes > 0])
+    """Positive slip sizes of the last block: coordinate where it starts minus where it stops."""
+    slips = last_block_slips(catalogue)
+    sizes = slips["start_position"] - slips["stop_position"]
+    if frame == "belt":
+        lasting = slips["stop_time"] - slips["start_time"]
+        sizes = sizes + catalogue.attributes["belt_velocity"] * lasting
+    return Sample(sizes[sizes > 0], slips["point"][sizes > 0])
 
 
 def avalanche_energies(catalogue) -> Sample:
     """Energies that the chain dissipates in avalanches with the last block (Fig. 9b)."""
-    slips, avalanches, n_blocks = parts(catalogue)
-    avalanches = avalanches[with_last_block(avalanches, slips, n_blocks)]
-    return Sample(avalanches["dissipated"], avalanches["point"])
+    avalanches, slips = catalogue.arrays["avalanches"], last_block_slips(catalogue)
+    reached = np.zeros(avalanches.size, dtype=bool)
+    for chain in np.unique(avalanches["point"]):
+        starts = np.sort(slips["start_time"][slips["point"] == chain])
+        of_chain = avalanches["point"] == chain
+        before = np.searchsorted(starts, avalanches["start_time"][of_chain])
+        after = np.searchsorted(starts, avalanches["stop_time"][of_chain], side="right")
+        reached[of_chain] = after > before
+    return Sample(avalanches["dissipated"][reached], avalanches["point"][reached])
 
 
 def all_energies(catalogue, *, least_blocks: int = 1) -> Sample:
     """Energies that the chain dissipates in avalanches of so many blocks or more."""
-    _, avalanches, _ = parts(catalogue)
+    avalanches = catalogue.arrays["avalanches"]
     avalanches = avalanches[avalanches["blocks"] >= least_blocks]
     return Sample(avalanches["dissipated"], avalanches["point"])
 
 
 def last_block_energies(catalogue) -> Sample:
     """Energies that the last block alone dissipates in its slips."""
-    slips, _, n_blocks = parts(catalogue)
-    of_last = last_block_slips(slips, n_blocks)
-    return Sample(of_last["dissipated"], of_last["point"])
-
-
-def last_block_slips(slips: np.ndarray, n_blocks: int) -> np.ndarray:
-    """The slips of a catalogue that belong to the last block."""
-    return slips[slips["block"] == n_blocks]
-
-
-def last_block_slip_sizes(
-    slips: np.ndarray, n_blocks: int, belt_velocity: float, frame: str = "laboratory"
-) -> np.ndarray:
-    """Slip sizes of the last block: coordinate where it starts to slip minus where it stops."""
-    of_last = last_block_slips(slips, n_blocks)
-    sizes = of_last["start_position"] - of_last["stop_position"]
-    if frame == "belt":
-        sizes = sizes + belt_velocity * (of_last["stop_time"] - of_last["start_time"])
-    return sizes
-
-
-def with_last_block(avalanches: np.ndarray, slips: np.ndarray, n_blocks: int) -> np.ndarray:
-    """Which avalanches of a catalogue take in a slip of the last block."""
-    of_last = last_block_slips(slips, n_blocks)
-    reached = np.zeros(avalanches.size, dtype=bool)
-    for chain in np.unique(avalanches["point"]):
-        starts = np.sort(of_last["start_time"][of_last["point"] == chain])
-        of_chain = avalanches["point"] == chain
-        before = np.searchsorted(starts, avalanches["start_time"][of_chain])
-        after = np.searchsorted(starts, avalanches["stop_time"][of_chain], side="right")
-        reached[of_chain] = after > before
-    return reached
-
-
-def most_at_once(avalanches: np.ndarray, slips: np.ndarray) -> np.ndarray:
-    """Largest number of blocks that slip at one instant of each avalanche."""
-    most = np.zeros(avalanches.size, dtype=int)
-    for chain in np.unique(avalanches["point"]):
-        slips_of_chain = slips[slips["point"] == chain]
-        of_chain = np.flatnonzero(avalanches["point"] == chain)
-        time = np.concatenate([slips_of_chain["stop_time"], slips_of_chain["start_time"]])
-        change = np.repeat([-1, 1], slips_of_chain.size)
-        order = np.argsort(time, kind="stable")  # a block that reverses stops first
-        slipping = np.cumsum(change[order])
-        first = np.searchsorted(time[order], avalanches["start_time"][of_chain])
-        last = np.searchsorted(time[order], avalanches["stop_time"][of_chain])
-        most[of_chain] = [slipping[begin:end].max() for begin, end in zip(first, last, strict=True)]
-    return most
+    slips = last_block_slips(catalogue)
+    return Sample(slips["dissipated"], slips["point"])
 
 
 # --- the spectrum of Fig. 8 -----------------------------------------------------------------------
 
 
-class SpectralLaw(NamedTuple):
-    """Power law S = prefactor * nu**exponent of a series, and the stretches that tell it."""
-
-    exponent: Estimate
-    prefactor: Estimate
-    count: int
-    length: float
-
-
 def spectral_law(
-    series, *, window: str = "hann", band: tuple[float, float] = FIT_BAND
-) -> SpectralLaw:
-    """Of the mean spectrum of x_N in the stretches of a series, which are drawn anew."""
+    series, *, band: tuple[float, float] = FIT_BAND, amplitude: bool = False
+) -> Measurement:
+    """Power law of the mean spectrum of x_N in the stretches of a series, which are drawn anew.
+
+    amplitude : whether of the amplitude 2|X|/n of n samples over a time T: the root of 2 S / T.
+    """
     time = series.arrays["time"]
     values = series.arrays["positions"][time >= series.attributes["transient"], -1]
     require(time.size > 1, f"{time.size} samples, a spectrum needs 16")
@@ -153,7 +108,7 @@ def spectral_law(
     )
     length = values.size // count
     stretches = values[: count * length].reshape(count, length)
-    by_stretch = [spectra.power_spectrum(stretch, interval, window=window) for stretch in stretches]
+    by_stretch = [spectra.power_spectrum(stretch, interval) for stretch in stretches]
     frequency = by_stretch[0][0]
     inside = (frequency >= low) & (frequency <= high)
     # Most of a spectrum lies above the range, and each resample would average it in vain.
@@ -163,21 +118,14 @@ def spectral_law(
         # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
         return spectra.fit_power_law(frequency, drawn.mean(axis=0), low=low, high=high)
 
-    return SpectralLaw(
-        estimates.bootstrap(lambda drawn: fit(drawn).exponent, [power]),
-        estimates.exponential(
-            estimates.bootstrap(lambda drawn: np.log(fit(drawn).prefactor), [power])
-        ),
-        count,
-        length * interval,
-    )
-
-
-def amplitude_law(series, **how) -> SpectralLaw:
-    """Of the amplitude 2|X|/n of n samples over a time T: the root of 2 S / T."""
-    law = spectral_law(series, **how)
-    return law._replace(
-        exponent=law.exponent.scaled(0.5), prefactor=estimates.mapped(as_amplitude, law.prefactor)
+    exponent = estimates.bootstrap(lambda drawn: fit(drawn).exponent, [power])
+    level = estimates.bootstrap(lambda drawn: np.log(fit(drawn).prefactor), [power])
+    prefactor = estimates.exponential(level)
+    if amplitude:
+        exponent, prefactor = exponent.scaled(0.5), estimates.mapped(as_amplitude, prefactor)
+    return Measurement(
+        {"exponent": exponent, "prefactor": prefactor},
+        note=f"{count} stretches of {length * interval:.0f}",
     )
 
 
@@ -203,113 +151,86 @@ def peaks_of_slips(series) -> np.ndarray:
 # --- densities and their exponents ----------------------------------------------------------------
 
 
-def log_histogram(
-    values: npt.ArrayLike,
-    *,
-    bins_per_decade: int,
-    low: float | None = None,
-    high: float | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Probability density of positive values in bins of equal width in log10."""
-    values = np.asarray(values, dtype=float).ravel()
-    values = values[values > 0]
-    require(values.size, "no positive value")
-    first = np.floor(np.log10(values.min() if low is None else low) * bins_per_decade + 1e-9)
-    last = np.ceil(np.log10(values.max() if high is None else high) * bins_per_decade - 1e-9)
-    edges = 10 ** (np.arange(first, max(last, first + 1) + 1) / bins_per_decade)
-    # Rounding must not drop the extreme values.
-    edges[0] *= 1 - 1e-12
-    edges[-1] *= 1 + 1e-12
-    count, _ = np.histogram(values, edges)
-    return np.sqrt(edges[1:] * edges[:-1]), count / (values.size * np.diff(edges)), count
+class Histogram(NamedTuple):
+    """Positive values of chains in bins of equal width in log10."""
 
+    centre: np.ndarray
+    width: np.ndarray
+    counts: np.ndarray  # (C, B), of each chain
 
-def most_probable(values: np.ndarray) -> float:
-    """Middle of the bin of the largest density."""
-    centre, density, _ = log_histogram(values, bins_per_decade=FINE_BINS)
-    return float(centre[np.argmax(density)])
+    @classmethod
+    def of(cls, sample: Sample, bins_per_decade: int = BINS_PER_DECADE) -> "Histogram":
+        """Its edges are at whole parts of a decade, whatever the values."""
+        positive = sample.values[sample.values > 0]
+        require(positive.size, "no positive value")
+        first = np.floor(np.log10(positive.min()) * bins_per_decade + 1e-9)
+        last = np.ceil(np.log10(positive.max()) * bins_per_decade - 1e-9)
+        edges = 10 ** (np.arange(first, max(last, first + 1) + 1) / bins_per_decade)
+        edges[[0, -1]] *= 1 - 1e-12, 1 + 1e-12  # rounding must not drop the extreme values
+        centre, half = np.sqrt(edges[1:] * edges[:-1]), 10 ** (0.5 / bins_per_decade)
+        counts = [np.histogram(values, edges)[0] for values in sample.by_chain()]
+        return cls(centre, centre * (half - 1 / half), np.array(counts))
 
+    @property
+    def count(self) -> np.ndarray:
+        """Values in each bin."""
+        return self.counts.sum(axis=0)
 
-def density_error(
-    values: npt.ArrayLike, run: npt.ArrayLike, centre: np.ndarray, *, bins_per_decade: int
-) -> np.ndarray:
-    """Standard error of a density from `log_histogram`, by leaving out one run after the other."""
-    values, run = np.asarray(values, dtype=float), np.asarray(run)
-    names, member = np.unique(run[values > 0], return_inverse=True)
-    if names.size < 2:
-        return np.full(len(centre), np.nan)
-    first = np.log10(centre[0]) * bins_per_decade - 0.5
-    place = np.floor(np.log10(values[values > 0]) * bins_per_decade - first + 1e-9).astype(int)
-    count = np.zeros((names.size, len(centre)))
-    np.add.at(count, (member, np.clip(place, 0, len(centre) - 1)), 1)
-    ratio = 10 ** (0.5 / bins_per_decade)
-    width = centre * (ratio - 1 / ratio)
-    total = count.sum(axis=0) - count
-    without = total / (total.sum(axis=1, keepdims=True) * width)
-    return np.sqrt((names.size - 1) * without.var(axis=0))
+    @property
+    def density(self) -> np.ndarray:
+        """Probability density in each bin."""
+        return self.count / (self.count.sum() * self.width)
 
+    @property
+    def error(self) -> np.ndarray:
+        """Standard error of the density, by leaving out one chain after the other."""
+        chains = len(self.counts)
+        if chains < 2:
+            return np.full(self.centre.size, np.nan)
+        total = self.count - self.counts
+        without = total / (total.sum(axis=1, keepdims=True) * self.width)
+        return np.sqrt((chains - 1) * without.var(axis=0))
 
-def falling_range(
-    centre: np.ndarray, density: np.ndarray, count: np.ndarray
-) -> tuple[float, float]:
-    """Range of the falling part of a density: the fit range used for Fig. 9, stated as a rule.
+    def law(self, *, falling: bool = False) -> PowerLawFit:
+        """Power law through the bins, weighted by their counts.
 
-    From the bin of the largest density to the last bin of the unbroken run of bins that follow it
-    with at least MINIMUM_COUNT values.
-    """
-    top = int(np.argmax(density))
-    sparse = np.flatnonzero(count[top:] < MINIMUM_COUNT)
-    end = top + sparse[0] - 1 if sparse.size else len(count) - 1
-    require(end > top, f"no bin after the most probable one holds {MINIMUM_COUNT} values")
-    return float(centre[top]), float(centre[end])
-
-
-def fit_density(
-    centre: np.ndarray, density: np.ndarray, count: np.ndarray, *, low: float, high: float
-) -> PowerLawFit:
-    """Power law through a histogram density, bins between low and high weighted by their counts."""
-    return fit_log_log(centre, density, low=low * (1 - 1e-9), high=high * (1 + 1e-9), weight=count)
-
-
-class DensityLaw(NamedTuple):
-    """A power law through the bins of a density, and its exponent with an interval."""
-
-    law: PowerLawFit
-    exponent: Estimate
+        falling : only from the bin of the largest density to the last of the unbroken run of bins
+        that follow it with at least MINIMUM_COUNT values.
+        """
+        first, last = 0, self.count.size - 1
+        if falling:
+            first = int(np.argmax(self.density))
+            sparse = np.flatnonzero(self.count[first:] < MINIMUM_COUNT)
+            last = first + sparse[0] - 1 if sparse.size else last
+            require(last > first, f"no bin after the most probable holds {MINIMUM_COUNT} values")
+        low, high = self.centre[first] * (1 - 1e-9), self.centre[last] * (1 + 1e-9)
+        return power_law.fit_log_log(
+            self.centre, self.density, low=low, high=high, weight=self.count
+        )
 
 
 def density_law(
     sample: Sample, *, bins_per_decade: int = BINS_PER_DECADE, falling: bool = False
-) -> DensityLaw:
-    """Least squares through all bins, or the falling ones; chains are drawn anew."""
-    centre, *_ = log_histogram(sample.values, bins_per_decade=bins_per_decade)
-    half_bin = 10 ** (0.5 / bins_per_decade)
-    edges = np.r_[centre / half_bin, centre[-1] * half_bin]
-    counts = np.array([np.histogram(values, edges)[0] for values in sample.by_chain()])
+) -> tuple[PowerLawFit, Estimate]:
+    """A power law through the bins of a density, and its exponent; chains are drawn anew."""
+    histogram = Histogram.of(sample, bins_per_decade)
+    exponent = estimates.bootstrap(
+        lambda counts: histogram._replace(counts=counts).law(falling=falling).exponent,
+        [histogram.counts],
+    )
+    return histogram.law(falling=falling), exponent
 
-    def fit(counts):
-        count = counts.sum(axis=0)
-        histogram = centre, count / (count.sum() * np.diff(edges)), count
-        low, high = falling_range(*histogram) if falling else (centre[0], centre[-1])
-        return fit_density(*histogram, low=low, high=high)
 
-    return DensityLaw(fit(counts), estimates.bootstrap(lambda drawn: fit(drawn).exponent, [counts]))
+def most_probable(values: np.ndarray) -> float:
+    """Middle of the bin of the largest density."""
+    histogram = Histogram.of(Sample(values, np.zeros(values.size)), FINE_BINS)
+    return float(histogram.centre[np.argmax(histogram.density)])
 
 
 # --- self-organised criticality -------------------------------------------------------------------
 
 
-class ScaleFree(NamedTuple):
-    """How a power law describes a sample from `low` to `high`."""
-
-    p: float  # of the test that refuses the power law
-    exponent: Estimate  # by maximum likelihood
-    low: float
-    high: float
-    chains: int
-
-
-def scale_free_fit(sample: Sample, *, search: bool = False) -> ScaleFree:
+def scale_free_fit(sample: Sample, *, search: bool = False) -> Measurement:
     """A power law from the most probable value on, or from where it fits best."""
     above = sample.values >= most_probable(sample.values)
     values, chain = (column[above] for column in sample)
@@ -324,7 +245,14 @@ def scale_free_fit(sample: Sample, *, search: bool = False) -> ScaleFree:
         count, total = drawn.sum(axis=0)
         return power_law.fit_law(total / count, low, high).exponent
 
-    return ScaleFree(fit.p, estimates.bootstrap(exponent, [np.array(sums)]), low, high, len(sums))
+    return Measurement(
+        {"p of the power law": Estimate(fit.p, fit.p, fit.p, len(sums))},
+        {
+            "exponent": estimates.bootstrap(exponent, [np.array(sums)]),
+            "decades": estimates.sure(np.log10(high / low)),
+        },
+        note=f"values from {low:.3g} to {high:.3g}",
+    )
 
 
 class Growth(NamedTuple):
@@ -334,14 +262,13 @@ class Growth(NamedTuple):
     cutoffs: list[Estimate]
     power: Estimate
 
-    def line(self, n_blocks: np.ndarray) -> np.ndarray:
+    def line(self) -> np.ndarray:
         """The power law through the cutoffs, with the weights that its power has."""
         logs = np.log([cutoff.numbers for cutoff in self.cutoffs])
         weights = (logs[:, 2] - logs[:, 1]) ** -2
-        place, height = (
-            np.average(values, weights=weights) for values in (np.log(self.n_blocks), logs[:, 0])
-        )
-        return np.exp(height + self.power.value * (np.log(n_blocks) - place))
+        places = np.log(self.n_blocks)
+        place, height = (np.average(of, weights=weights) for of in (places, logs[:, 0]))
+        return np.exp(height + self.power.value * (places - place))
 
 
 def growth(samples: dict[int, Sample]) -> Growth:
@@ -351,58 +278,49 @@ def growth(samples: dict[int, Sample]) -> Growth:
         return np.log(np.quantile(np.concatenate(list(drawn)), CUTOFF_QUANTILE))
 
     logs = [
-        estimates.bootstrap(log_cutoff, [_chains(sample)], grid_spacing=CUTOFF_RESOLUTION)
+        estimates.bootstrap(log_cutoff, [sample.by_chain()], grid_spacing=CUTOFF_RESOLUTION)
         for sample in samples.values()
     ]
     require(all(np.isfinite(log.high) for log in logs), "one chain tells no interval of a cutoff")
     sizes = np.array(list(samples))
-    return Growth(
-        sizes, list(map(estimates.exponential, logs)), estimates.slope(np.log(sizes), logs)
-    )
+    power = estimates.slope(np.log(sizes), logs)
+    return Growth(sizes, list(map(estimates.exponential, logs)), power)
 
 
-def collapse(samples: dict[int, Sample]) -> tuple[Estimate, float]:
+def collapse(samples: dict[int, Sample]) -> Measurement:
     """Factor by which scaled densities of several N differ from one curve, and the power of N.
 
     If nothing but the size of the system ends a power law, N**a P(x) are one curve of x / N**D. D
     is that of the cutoffs (second over first moment), a that of least squares.
     """
 
-    def apart(*drawn):
-        return _apart(
-            dict(zip(samples, (np.concatenate(list(chains)) for chains in drawn), strict=True))
-        )
+    def apart(*drawn, power=None):
+        values = [np.concatenate(list(chains)) for chains in drawn]
+        return _apart(dict(zip(samples, values, strict=True)), power)
 
-    chains = [_chains(sample) for sample in samples.values()]
+    chains = [sample.by_chain() for sample in samples.values()]
     factor = estimates.bootstrap(
         lambda *drawn: apart(*drawn)[0], chains, resamples=SCALED_RESAMPLES
     )
-    return factor, apart(*chains)[1]
+    also = {"power of N": apart(*chains)[1]}
+    also["distance without scaling"] = apart(*chains, power=0.0)[0]
+    return Measurement({"distance from one curve": factor}, estimates.all_sure(also))
 
 
-def unscaled(samples: dict[int, Sample]) -> float:
-    """Factor by which the densities differ from one curve if their sizes are not scaled with N."""
-    values = {n: np.concatenate(list(_chains(sample))) for n, sample in samples.items()}
-    return _apart(values, power=0.0)[0]
-
-
-def _apart(values_by_n: dict[int, np.ndarray], power: float | None = None) -> tuple[float, float]:
+def _apart(values_by_n: dict[int, np.ndarray], power: float | None) -> tuple[float, float]:
     logs = np.log(list(values_by_n))
     if power is None:
         cutoffs = [np.mean(values**2) / np.mean(values) for values in values_by_n.values()]
         power = float(np.polyfit(logs, np.log(cutoffs), 1)[0])
     density = pd.DataFrame(
         {n: _scaled_density(values, n**power) for n, values in values_by_n.items()}
-    )
-    density = density[density.notna().sum(axis=1) >= 2]
+    ).dropna(thresh=2)
     require(len(density) >= 2, "the densities of several N do not overlap")
-    length = density.notna() * logs
-    length = length.where(density.notna())
-    about = [table.sub(table.mean(axis=1), axis=0) for table in (density, length)]
-    slope = (about[0] * about[1]).sum().sum() / (about[1] ** 2).sum().sum()
-    flat = density - slope * length
-    spread = flat.sub(flat.mean(axis=1), axis=0)
-    return float(np.exp(np.sqrt((spread**2).stack().mean()))), power
+    length = (0 * density).add(logs)
+    density, length = (table.sub(table.mean(axis=1), axis=0) for table in (density, length))
+    slope = (density * length).sum().sum() / (length**2).sum().sum()
+    spread = (density - slope * length) ** 2
+    return float(np.exp(np.sqrt(spread.stack().mean()))), power
 
 
 def _scaled_density(values: np.ndarray, scale: float) -> pd.Series:
@@ -414,20 +332,40 @@ def _scaled_density(values: np.ndarray, scale: float) -> pd.Series:
     return pd.Series(np.log(count[filled] / values.size), index=bins[filled])
 
 
-def _chains(sample: Sample) -> np.ndarray:
-    """Values of each chain as one object, to be drawn anew."""
-    return np.fromiter(sample.by_chain(), dtype=object)
-
-
 # --- blocks that slip together --------------------------------------------------------------------
 
 
-def share_of_chains(chosen: np.ndarray, chain: np.ndarray) -> Estimate:
-    """Share that is chosen: mean over the chains."""
-    return estimates.mean([part.mean() for part in Sample(chosen, chain).by_chain()])
+def together(catalogue) -> Measurement:
+    """In how many avalanches blocks slip at one instant, and how far energies spread."""
+    avalanches = catalogue.arrays["avalanches"]
+    at_once = most_at_once(avalanches, catalogue.arrays["slips"])
+
+    def share(chosen):
+        return estimates.mean([of.mean() for of in Sample(chosen, avalanches["point"]).by_chain()])
+
+    energies = all_energies(catalogue).by_chain()
+    spreads = [np.quantile(of, 0.9) / np.quantile(of, 0.1) for of in energies]
+    return Measurement(
+        {
+            "avalanches of two blocks or more": share(at_once >= 2),
+            "energies: 90 % over 10 % quantile": estimates.mean(spreads),
+        },
+        {"avalanches of all blocks": share(at_once == catalogue.attributes["n_blocks"])},
+        note=f"{avalanches.size} avalanches; blocks count that slip at one instant",
+    )
 
 
-def spread_of_energies(energies: Sample) -> Estimate:
-    """90 % over 10 % quantile: mean over the chains."""
-    ratios = [np.quantile(one, 0.9) / np.quantile(one, 0.1) for one in energies.by_chain()]
-    return estimates.mean(ratios)
+def most_at_once(avalanches: np.ndarray, slips: np.ndarray) -> np.ndarray:
+    """Largest number of blocks that slip at one instant of each avalanche."""
+    most = np.zeros(avalanches.size, dtype=int)
+    for chain in np.unique(avalanches["point"]):
+        slips_of_chain = slips[slips["point"] == chain]
+        of_chain = np.flatnonzero(avalanches["point"] == chain)
+        time = np.concatenate([slips_of_chain["stop_time"], slips_of_chain["start_time"]])
+        change = np.repeat([-1, 1], slips_of_chain.size)
+        order = np.argsort(time, kind="stable")  # a block that reverses stops first
+        slipping = np.cumsum(change[order])
+        first = np.searchsorted(time[order], avalanches["start_time"][of_chain])
+        last = np.searchsorted(time[order], avalanches["stop_time"][of_chain])
+        most[of_chain] = [slipping[begin:end].max() for begin, end in zip(first, last, strict=True)]
+    return most

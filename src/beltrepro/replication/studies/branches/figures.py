@@ -10,8 +10,6 @@ FIGURES = {
 }
 
 
-# --- Not in the paper: the orbits behind the fall of r, and which starts and sweeps reach them ----
-
 _PAPER = 15.0, 18.0  # where the paper sees r fall
 _BIFURCATIONS = ("fold", "period doubling", "torus", "stick of no length")
 _SHIFT = 0.16  # of u between the marks of kinds of starts
@@ -20,14 +18,14 @@ _SHIFT = 0.16  # of u between the marks of kinds of starts
 @panels.draws(FIGURES)
 def branches(data):
     """Above branches and their ends; then shares of starts, and of sweeps."""
-    figure = style.page(5.0)
-    orbits, starts, sweeps = figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1, 1))
+    figure, (orbits, starts, sweeps) = panels.page(
+        5.0, "a;b;c", sharex=True, height_ratios=(1.5, 1, 1)
+    )
     _draw_branches(orbits, data["basins"].arrays)
     shares = data["basin_shares"]
     _draw_starts(starts, shares[shares["n_blocks"] == 5])
     falls = data["sweep_falls"]
     _draw_sweeps(sweeps, falls[falls["noise"] == 0])
-    panels.letters(orbits, starts, sweeps)
     for axes in (orbits, starts, sweeps):
         axes.axvspan(*_PAPER, color="0.9", linewidth=0, zorder=0)
     for axes in (starts, sweeps):
@@ -41,17 +39,15 @@ def _draw_branches(axes, arrays):
     orbits = arrays["branches"]
     if not orbits.size:
         panels.note(axes, "no orbit was followed")
-    look = {"markersize": 1.9, "color": style.BLUE, "markeredgewidth": 0}
-    axes.plot(orbits["belt_velocity"], orbits["disorder_parameter"], ".", **look)
-    kinds = {
-        "grazing": (orbits["end"] == "grazing", "o", style.VERMILION),
-        "bifurcation": (np.isin(orbits["end"], _BIFURCATIONS), "D", style.GREEN),
-    }
-    for label, (chosen, marker, colour) in kinds.items():
-        ends = orbits[chosen]
-        look = {"markersize": 2.6, "markerfacecolor": "none", "markeredgewidth": 0.6}
-        places = ends["belt_velocity"], ends["disorder_parameter"]
-        axes.plot(*places, marker, color=colour, label=label, **look)
+    ends = {"markersize": 2.6, "markerfacecolor": "none", "markeredgewidth": 0.6}
+    bifurcation = np.isin(orbits["end"], _BIFURCATIONS)
+    for label, points, marker, look in (
+        (None, orbits, ".", {"color": style.BLUE, "markersize": 1.9, "markeredgewidth": 0}),
+        ("grazing", orbits[orbits["end"] == "grazing"], "o", ends | {"color": style.VERMILION}),
+        ("bifurcation", orbits[bifurcation], "D", ends | {"color": style.GREEN}),
+    ):
+        places = points["belt_velocity"], points["disorder_parameter"]
+        axes.plot(*places, marker, label=label, **look)
     attractors = arrays["attractors"]
     followed = np.isin(attractors["attractor"], orbits["attractor"])
     long = attractors[~followed & (attractors["state"] == "periodic")]

@@ -1,6 +1,7 @@
 """Not in the paper: which motions are irregular, and for how long."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.patches import Patch
 
 from beltrepro.replication.drawing import panels, style
@@ -41,41 +42,39 @@ _OUTLINED = 40  # more cells in a row have no outline
 @panels.draws(FIGURES)
 def motion_map(data):
     """Top: shares over (u, N); bottom: exponents."""
-    figure = style.page(4.4)
-    sizes, exponents = figure.subplots(2, 1)
+    figure, (sizes, exponents) = panels.page(4.4, "a;b")
     points = data["motion_map"].arrays
-    _draw_cells(sizes, points)
-    _draw_verdicts(sizes, points, data["mean_lifetimes"])
-    _draw_exponents(exponents, points)
-    panels.letters(sizes, exponents)
-    for axes in (sizes, exponents):
-        axes.set_xlabel(panels.BELT_VELOCITY)
-    _draw_legend(figure, sizes)
+    sizes.set(xlabel=panels.BELT_VELOCITY, ylabel="$N$")
+    exponents.set(xlabel=panels.BELT_VELOCITY, ylabel=r"largest exponent $\lambda_1$")
+    if points["belt_velocity"].size:
+        _draw_cells(sizes, points)
+        _draw_verdicts(sizes, points, data["mean_lifetimes"])
+        _draw_exponents(exponents, points)
+        _draw_legend(figure, sizes)
+    else:
+        for axes in (sizes, exponents):
+            panels.note(axes, "no points in this dataset")
     return figure
-
-
-# --- cells ----------------------------------------------------------------------------------------
 
 
 def _draw_cells(axes, arrays):
     """A cell for each u and N, filled by the shares of each way to move."""
-    axes.set_ylabel("$N$")
-    if not arrays["belt_velocity"].size:
-        panels.note(axes, "no points in this dataset")
-        return
-    velocities, column = np.unique(arrays["belt_velocity"], return_inverse=True)
-    sizes, line = np.unique(arrays["n_blocks"], return_inverse=True)
-    place = line * velocities.size + column
-    ways = arrays["state"].astype(str)
-    runs = np.bincount(place, minlength=sizes.size * velocities.size)
-    there = np.flatnonzero(runs)
-    bottom = there // velocities.size - _FILL / 2
+    ways = pd.crosstab(
+        [arrays["n_blocks"], arrays["belt_velocity"]],
+        arrays["state"].astype(str),
+        normalize="index",
+    ).reindex(columns=list(_LOOKS), fill_value=0)
+    sizes, velocities = (np.unique(arrays[name]) for name in ("n_blocks", "belt_velocity"))
+    line, column = (
+        np.searchsorted(levels, ways.index.get_level_values(number))
+        for number, levels in enumerate((sizes, velocities))
+    )
+    bottom = line - _FILL / 2
     outline = 0.3 if velocities.size <= _OUTLINED else 0.0
     look = {"width": _FILL, "edgecolor": "0.25", "linewidth": outline}
     for way, (colour, hatch, _) in _LOOKS.items():
-        count = np.bincount(place[ways == way], minlength=runs.size)[there]
-        height = _FILL * count / runs[there]
-        axes.bar(there % velocities.size, height, bottom=bottom, color=colour, hatch=hatch, **look)
+        height = _FILL * ways[way].to_numpy()
+        axes.bar(column, height, bottom=bottom, color=colour, hatch=hatch, **look)
         bottom = bottom + height
     every = -(-velocities.size // _TICKS)
     axes.set_xticks(range(0, velocities.size, every), [f"{u:g}" for u in velocities[::every]])
@@ -108,19 +107,11 @@ def _draw_legend(figure, axes):
     ]
     handles = [patch for patch in handles if patch.get_facecolor() in used]
     handles += [line for line in axes.lines if len(line.get_xdata())]
-    if handles:
-        figure.legend(handles=handles, loc="outside upper left", ncols=1)
-
-
-# --- exponents ------------------------------------------------------------------------------------
+    figure.legend(handles=handles, loc="outside upper left", ncols=1)
 
 
 def _draw_exponents(axes, points):
     """A dot for each run; a line for each N, through the medians over its runs."""
-    axes.set_ylabel(r"largest exponent $\lambda_1$")
-    if not points["belt_velocity"].size:
-        panels.note(axes, "no points in this dataset")
-        return
     axes.axhline(0, color="0.6", linewidth=0.8, zorder=0)
     sizes = np.unique(points["n_blocks"])
     for size, colour in zip(sizes, style.shades(sizes.size), strict=True):
@@ -129,9 +120,8 @@ def _draw_exponents(axes, points):
         axes.plot(velocity, value, ".", color=colour, markersize=4, alpha=0.6, markeredgewidth=0)
         spread = sections.spread(velocity, value)
         axes.plot(spread.place, spread.median, color=colour, linewidth=1.4, label=f"{size}")
-    axes.legend(
-        title="$N$", reverse=True, loc="upper left", bbox_to_anchor=(1.0, 1.03), handlelength=1.0
-    )
+    place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.03), "handlelength": 1.0}
+    axes.legend(title="$N$", reverse=True, **place)
 
 
 # --- Not in the paper: how long irregular motion lasts without noise ------------------------------
@@ -140,8 +130,7 @@ def _draw_exponents(axes, points):
 @panels.draws(FIGURES)
 def survival(data):
     """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
-    figure = style.page(4.8)
-    (single, many), (by_velocity, by_size) = figure.subplots(2, 2, width_ratios=(1.35, 1))
+    figure, (single, many, by_velocity, by_size) = panels.page(4.8, "ab;cd", width_ratios=(1.35, 1))
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
     _draw_each(single, data["survival"], _of(table, "survival"), colours)
@@ -156,7 +145,6 @@ def survival(data):
     single.set_ylim(-0.03, 1.03)
     by_velocity.set(xlabel=panels.BELT_VELOCITY)
     by_size.set(xlabel="$N$")
-    panels.letters(single, many, by_velocity, by_size)
     handles, labels = by_velocity.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))

@@ -5,16 +5,15 @@ from functools import partial
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.model.units import LENGTH_M, TIME_S, from_si
+from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.studies.experiment import measure
-from beltrepro.replication.studies.noise.claims import N_BLOCKS, RUNS
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import mean, share_of
 from beltrepro.stats.intermittency import LAMINAR_SHARE
 
-FILMS = measure.BELTS
+N_BLOCKS, RUNS = 5, "n5_replicates"
 SHORTEST_S = 900.0  # of a trial: the paper's are some hundred seconds long
 STRETCHES = 20
 
@@ -26,7 +25,7 @@ STRETCHES = 20
 def snapshot(evidence):
     """Share of the frames in which the last block is found, and whether it is that block."""
     shares, largest = [], []
-    for name in FILMS:
+    for name in measure.BELTS:
         track, true, interval = _filmed(evidence, name)
         n_seen = len(track.time_s)
         shares.append(estimates.share(n_seen, n_seen + _lost_frames(track)))
@@ -36,14 +35,14 @@ def snapshot(evidence):
             "share of the frames with the block": min(shares, key=lambda share: share.value),
             "largest error (m)": estimates.sure(max(largest)),
         },
-        note=f"of {len(FILMS)} films, the one with the least; the runs are its frames",
+        note=f"of {len(measure.BELTS)} films, the one with the least; the runs are its frames",
     )
 
 
 @claim("threshold")
 def threshold(evidence):
     """Errors of x_5, of the scale and of r, of the film in which each is largest."""
-    by_film = [_errors(evidence, name) for name in FILMS]
+    by_film = [_errors(evidence, name) for name in measure.BELTS]
     worst = {
         name: max((errors[name] for errors in by_film), key=lambda error: abs(error.value))
         for name in by_film[0]
@@ -55,28 +54,25 @@ def _errors(evidence, name):
     """Errors in stretches of a film."""
     track, true, interval = _filmed(evidence, name)
     rows = []
-    for time, place in zip(
-        np.array_split(track.time_s, STRETCHES), np.array_split(track.x_m, STRETCHES), strict=True
-    ):
+    for part in np.array_split(np.arange(len(track.time_s)), STRETCHES):
+        time, place = track.time_s[part], track.x_m[part]
         error = measure.tracking_error(time, place, true, interval)
         seen = true[np.rint(time / interval).astype(int)]
-        in_pixels = np.array([error.scatter, error.offset]) / track.metres_per_pixel
-        rows.append([*in_pixels, error.scale, _disorder(place) / _disorder(seen) - 1])
-    names = [
-        "scatter of x_5 (pixels)",
-        "offset of x_5 (pixels)",
-        "error of the scale",
-        "error of r",
-    ]
-    columns = np.array(rows).T
-    return {name: estimates.mean(column) for name, column in zip(names, columns, strict=True)}
+        rows.append(
+            {
+                "scatter of x_5 (pixels)": error.scatter / track.metres_per_pixel,
+                "offset of x_5 (pixels)": error.offset / track.metres_per_pixel,
+                "error of the scale": error.scale,
+                "error of r": _disorder(place) / _disorder(seen) - 1,
+            }
+        )
+    return {name: mean([row[name] for row in rows]) for name in rows[0]}
 
 
 def _filmed(evidence, name):
     """Track of a film, the positions that were filmed, and the time between them, in SI."""
-    run, track = evidence.dataset(name), evidence.track(name)
-    true = run.arrays["positions"][:, -1] * LENGTH_M
-    return track, true, float(run.attributes["sample_interval"]) * TIME_S
+    true, interval = measure.filmed(evidence.dataset(name))
+    return evidence.track(name), true, interval
 
 
 def _disorder(position):
@@ -98,10 +94,9 @@ def experiment_028(evidence):
     low, high = LAMINAR_SHARE
 
     def alternation(noise):
-        share = _trials(evidence, noise)["lasting_share"]
-        return Measurement(
-            also={"trials that alternate": estimates.share_of((share >= low) & (share <= high))}
-        )
+        lasting = _trials(evidence, noise, "lasting_share")
+        alternating = share_of((lasting >= low) & (lasting <= high))
+        return Measurement(also={"trials that alternate": alternating})
 
     return _at_noises(alternation)
 
@@ -109,11 +104,10 @@ def experiment_028(evidence):
 @claim("experiment-022")
 def experiment_022(evidence):
     """How often all blocks of the model slip for a minute."""
-    shortest = evidence.claim.parameters["longer_than_s"]
 
     def long_slip(noise):
-        longest_s = _trials(evidence, noise)["all_slip_longest"] * TIME_S
-        minute = estimates.share_of(longest_s > shortest)
+        longest_s = _trials(evidence, noise, "all_slip_longest") * TIME_S
+        minute = share_of(longest_s > evidence.claim.parameters["longer_than_s"])
         longest = estimates.sure(longest_s.max())
         return Measurement(
             also={"trials with a minute of slip of all blocks": minute, "longest slip (s)": longest}
@@ -126,29 +120,24 @@ def _at_noises(reading):
     return {f"sigma = {noise:g}": partial(reading, noise) for noise in measure.ASSIGNED}
 
 
-def _trials(evidence, noise):
-    """Trials at the speed of the claim and a noise."""
+def _trials(evidence, noise, quantity):
+    """A quantity of the trials at the speed of the claim and a noise."""
     trials = evidence.dataset("trials")
     seconds = TIME_S * float(trials.attributes["duration"] - trials.attributes["transient"])
     require(seconds >= SHORTEST_S, f"trials of {seconds:.0f} s, {SHORTEST_S:g} s are needed")
     speed = from_si(evidence.claim.parameters["belt_velocity_m_s"], "velocity")
-    arrays = trials.arrays
-    chosen = np.isclose(arrays["belt_velocity"], speed, rtol=1e-3)
-    chosen &= np.isclose(arrays["noise"], noise)
+    chosen = np.isclose(trials.arrays["belt_velocity"], speed, rtol=measure.ALIKE)
+    chosen &= np.isclose(trials.arrays["noise"], noise)
     require(chosen.any(), f"no trials at u = {speed:.4g}, sigma = {noise:g}")
-    return {name: arrays[name][chosen] for name in ("lasting_share", "all_slip_longest")}
+    return trials.arrays[quantity][chosen]
 
 
 # --- the noise that corresponds to the experiment -------------------------------------------------
 
 NEAR = 0.5  # of u; runs this close to a speed of the experiment stand for it
-SPEEDS = {"022": measure.EXPERIMENT[0], "028": measure.EXPERIMENT[1]}
 INTERMITTENT = 2.2  # noise of Fig. 16
 NEAR_IT = (2.0, 2.8)  # noises of trials
-
-
-def _speed(observation):
-    return f"{observation.speed_m_s:g} m/s"
+BY_SPEED = {f"{recorded.speed_m_s:g} m/s": recorded for recorded in measure.EXPERIMENT}
 
 
 @claim("r-experiment")
@@ -165,17 +154,17 @@ def r_experiment(evidence):
 def _r_at_speeds(evidence, noise, scan):
     row = evidence.replicates(N_BLOCKS, noise, scan=scan)
     of_model, ratios = {}, {}
-    for name, observation in SPEEDS.items():
-        points = sections.select(row.points, _near(row, observation))
-        of_model[f"r_{name}"] = mean(points["disorder_parameter"])
-        ratio = mean(measure.disorder_along_tape(points))
-        ratios[f"r_{name} over the experiment's"] = ratio.scaled(1 / observation.disorder_parameter)
+    for name, recorded in zip(("r_022", "r_028"), measure.EXPERIMENT, strict=True):
+        points = sections.select(row.points, _near(row, recorded))
+        of_model[name] = mean(points["disorder_parameter"])
+        along_tape = mean(measure.disorder_along_tape(points))
+        ratios[f"{name} over the experiment's"] = along_tape.scaled(1 / recorded.disorder_parameter)
     return Measurement(of_model | ratios)
 
 
-def _near(row, observation):
-    near = np.abs(row.belt_velocity - observation.belt_velocity) <= NEAR
-    require(bool(near.any()), f"no runs within {NEAR:g} of u = {observation.belt_velocity:.1f}")
+def _near(row, recorded):
+    near = np.abs(row.belt_velocity - recorded.belt_velocity) <= NEAR
+    require(near.any(), f"no runs within {NEAR:g} of u = {recorded.belt_velocity:.1f}")
     return row.evenly(near)
 
 
@@ -184,23 +173,16 @@ def intermittency_experiment(evidence):
     """The critical speed over those of the experiment, and how the model alternates there."""
     row = evidence.replicates(N_BLOCKS, INTERMITTENT, scan=RUNS)
     trials = evidence.dataset("trials").arrays
-    alternating, (low, high) = measure.alternates(trials), NEAR_IT
-    level = (trials["noise"] >= low - 1e-9) & (trials["noise"] <= high + 1e-9)
-    ratios, also = {}, {"critical velocity": row.fall["critical"]}
-    for observation in measure.EXPERIMENT:
-        speed, velocity = _speed(observation), observation.belt_velocity
-        ratios[f"critical speed over {speed}"] = row.fall["critical"].scaled(1 / velocity)
-        at_speed = level & measure.at_speed(observation, trials)
-        also[f"laminar share, {speed}"] = mean(
-            row.points["laminar_fraction"][_near(row, observation)]
+    alternating, critical = measure.alternates(trials), row.fall["critical"]
+    ratios, also = {}, {"critical velocity": critical}
+    for speed, recorded in BY_SPEED.items():
+        ratios[f"critical speed over {speed}"] = critical.scaled(1 / recorded.belt_velocity)
+        laminar = row.points["laminar_fraction"][_near(row, recorded)]
+        also[f"laminar share, {speed}"] = mean(laminar)
+        also[f"trials that alternate, {speed}"] = share_of(
+            alternating[_with_noise(trials, NEAR_IT, recorded)]
         )
-        also[f"trials that alternate, {speed}"] = _share_of(alternating, at_speed)
     return Measurement(ratios, also)
-
-
-def _share_of(having, among):
-    require(bool(among.any()), "no trials at this noise")
-    return share_of(having[among])
 
 
 @claim("sigma-experiment")
@@ -211,13 +193,20 @@ def sigma_experiment(evidence):
 
 def _trials_that_agree(evidence):
     trials = evidence.dataset("trials").arrays
-    assigned = measure.assigned(trials["noise"])
     return Measurement(
         also={
-            f"trials that agree, {_speed(observation)}": _share_of(
-                measure.agrees(observation, trials),
-                assigned & measure.at_speed(observation, trials),
+            f"trials that agree, {speed}": share_of(
+                measure.agrees(recorded, trials)[_with_noise(trials, measure.ASSIGNED, recorded)]
             )
-            for observation in measure.EXPERIMENT
+            for speed, recorded in BY_SPEED.items()
         }
     )
+
+
+def _with_noise(trials, ends, recorded):
+    """Which trials have the speed of a recording and a noise between two ends."""
+    low, high = ends
+    chosen = (trials["noise"] >= low - 1e-9) & (trials["noise"] <= high + 1e-9)
+    chosen &= measure.at_speed(recorded, trials)
+    require(chosen.any(), "no trials at this noise")
+    return chosen

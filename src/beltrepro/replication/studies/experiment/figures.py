@@ -10,12 +10,20 @@ from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangl
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.model.units import to_si
-from beltrepro.replication.camera.recording import LARGE, LASTING_S, SMALL, WHOLE, analyse
+from beltrepro.replication.camera.recording import (
+    LARGE,
+    LASTING_S,
+    LONGEST_GAP,
+    SMALL,
+    WHOLE,
+    analyse,
+)
 from beltrepro.replication.camera.scene import Scene
 from beltrepro.replication.camera.track import white
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import measure
+from beltrepro.simulation.picture import SUFFIXES
 from beltrepro.stats import estimates
 from beltrepro.stats.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
 
@@ -31,13 +39,11 @@ FIGURES = {
 
 # --- A recording of the last block, drawn like Figs. 4 and 5; `beltrepro analyse` calls it --------
 
-SUFFIXES = (".png", ".pdf", ".svg")
 _COLOURS = {WHOLE: style.SKY, SMALL: style.GREEN, LARGE: style.BLUE}
 _WORDS = {WHOLE: "whole", SMALL: "small amplitude", LARGE: "large amplitude"}
 HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 
-@style.styled
 def save(recording, path):
     """Draw a recording into a file; InputError for another ending than those of SUFFIXES."""
     if Path(path).suffix.lower() not in SUFFIXES:
@@ -64,9 +70,9 @@ def draw_trace(axes, recording):
 
     Returns two lines of words, on r and on the small amplitude.
     """
-    time, position = recording.time_s.copy(), 100 * recording.x_m
+    time, position = recording.time_s, 100 * recording.x_m
     # A line across a gap would show what was not seen.
-    gaps = np.flatnonzero(np.diff(time) > 3 * recording.interval_s) + 1
+    gaps = np.flatnonzero(np.diff(time) > LONGEST_GAP * recording.interval_s) + 1
     panels.trace(axes, np.insert(time, gaps, np.nan), np.insert(position, gaps, np.nan), ylabel="")
     axes.set(xlabel="$t$ (s)", ylabel="$x_N$ (cm)", xlim=(time[0], time[-1]))
     for begin, end in recording.small_s:
@@ -100,12 +106,14 @@ SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"
 
 _LETTERS = 24  # in a line of words on a narrow panel
-_NOT_REAL = "virtual experiment: simulated chain, simulated camera"
 
 
-def _say_virtual(figure):
-    """Say at the top of a page that the experiment is not a real one."""
-    figure.suptitle(_NOT_REAL, size=6.5, style="italic", color=style.VERMILION)
+def _page(height, layout, **how):
+    """A page with lettered panels that says at its top that the experiment is not a real one."""
+    figure, axes = panels.page(height, layout, **how)
+    words = "virtual experiment: simulated chain, simulated camera"
+    figure.suptitle(words, size=6.5, style="italic", color=style.VERMILION)
+    return figure, axes
 
 
 def speed(run):
@@ -138,8 +146,10 @@ def _draw_film(trace, spectra, data, film):
         return
     disorder, small = draw_trace(trace, recording)
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
-    printed = _printed_disorder(data[film])
-    panels.remark(trace, "\n".join([speed(data[film]), disorder + printed, small]))
+    for recorded in measure.EXPERIMENT:
+        if measure.at_speed(recorded, data[film].attributes):
+            disorder += f" (paper, recorded: {recorded.disorder_parameter:g})"
+    panels.remark(trace, "\n".join([speed(data[film]), disorder, small]))
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -157,30 +167,14 @@ def _draw_film(trace, spectra, data, film):
         else:
             draw_spectrum(axes, spectrum, name)
             if name == SMALL:
-                _draw_multiples(axes, recording, spectrum)
+                _draw_multiples(axes, spectrum, recording.interval_s)
 
 
-def _printed_disorder(run):
-    """Words for r of the recording at the belt speed of a run, if the paper prints one."""
-    for recorded in measure.EXPERIMENT:
-        if measure.at_speed(recorded, run.attributes):
-            return f" (paper, recorded: {recorded.disorder_parameter:g})"
-    return ""
-
-
-def say_longest_slip(axes, run):
-    """How long all blocks of a run slip at once, at most."""
-    longest = measure.longest_slip_of_all_s(run)
-    words = f"all blocks slip at once for {longest:.2g} s at most (paper: over 60 s)"
-    panels.remark(axes, f"{axes.get_title(loc='right')}\n{words}")
-
-
-def _draw_multiples(axes, recording, spectrum):
+def _draw_multiples(axes, spectrum, interval_s):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
-    values = recording.evenly(spectrum.begin_s, spectrum.end_s)
     with panels.shortage_on(axes, place=(0.3, 0.85)):
         seen = BAND_HZ[0], HIGHEST_HZ
-        peaks = lines(values, recording.interval_s, band_hz=seen).peaks_hz
+        peaks = lines(spectrum.x_m, interval_s, band_hz=seen).peaks_hz
         peaks_listed = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
         words = textwrap.wrap(peaks_listed, _LETTERS)
         peaks = peaks[peaks <= BAND_HZ[1]]  # those that are judged
@@ -197,7 +191,8 @@ def _draw_multiples(axes, recording, spectrum):
 # --- Fig. 1: the chain on the belt ----------------------------------------------------------------
 
 N_BLOCKS = 5
-_BLOCK = 0.62  # side of a block; places of blocks are 1, 2, ... N
+_BLOCK = 0.62  # side of a block
+_APART = 1.35  # middles of neighbours
 _ROLLER = 0.22
 
 
@@ -206,30 +201,28 @@ def fig01(data):
     """Drawing of the model of Sec. III; shows no data."""
     figure = style.page(1.1)
     axes = figure.subplots()
-    _wall(axes)
-    _belt(axes)
-    edges = [0.0]
-    for place in 1.35 * np.arange(1, N_BLOCKS + 1):
-        _spring(axes, edges[-1], place - _BLOCK / 2)
-        _block(axes, place, last=len(edges) == N_BLOCKS)
-        edges.append(place + _BLOCK / 2)
-    end = edges[-1]
+    wall = {"facecolor": "0.85", "edgecolor": "0.5", "hatch": "////", "lw": 0}
+    axes.add_patch(Rectangle((-0.2, -0.55), 0.2, 1.5, **wall))
+    axes.plot([0, 0], [-0.55, 0.95], color="black", linewidth=1.4)
+    _draw_belt(axes, 0.25, _APART * N_BLOCKS + 0.95)
+    end = 0.0
+    for number in range(1, N_BLOCKS + 1):
+        last = _APART * number
+        _draw_spring(axes, end, last - _BLOCK / 2)
+        _draw_block(axes, last, *(("0.25", "white") if number < N_BLOCKS else ("white", "black")))
+        end = last + _BLOCK / 2
     axes.text(0.5, 0.55, "$k$", ha="center", size=8)
-    _measure(axes, end - _BLOCK / 2)
+    height = _BLOCK + 0.42
+    axes.plot([last] * 2, [_BLOCK + 0.05, height + 0.1], "k:", linewidth=0.8)
+    _arrow(axes, (0, height), (last, height), "black", style="<|-|>")
+    axes.text(last / 2, height + 0.08, "$x_N$", ha="center", size=9)
     axes.set(xlim=(-0.35, end + 1.25), ylim=(-0.6, 1.4), aspect="equal")
     axes.axis("off")
     return figure
 
 
-def _wall(axes):
-    axes.add_patch(
-        Rectangle((-0.2, -0.55), 0.2, 1.5, facecolor="0.85", edgecolor="0.5", hatch="////", lw=0)
-    )
-    axes.plot([0, 0], [-0.55, 0.95], color="black", linewidth=1.4)
-
-
-def _belt(axes):
-    begin, end = 0.25, 1.35 * N_BLOCKS + 0.95
+def _draw_belt(axes, begin, end):
+    """The belt on its rollers, and an arrow for its velocity."""
     corner, size = (begin + _ROLLER, -2 * _ROLLER), (end - begin - 2 * _ROLLER, 2 * _ROLLER)
     look = {"facecolor": "0.93", "edgecolor": "black", "linewidth": 1.2}
     rounded = f"round,pad=0,rounding_size={_ROLLER}"
@@ -242,29 +235,18 @@ def _belt(axes):
     axes.text(end + 0.25, 0.32, "$u$", ha="center", size=9, color=style.VERMILION)
 
 
-def _block(axes, place, *, last):
-    colour, ink = ("white", "black") if last else ("0.25", "white")
+def _draw_block(axes, place, colour, ink):
     look = {"facecolor": colour, "edgecolor": "black", "linewidth": 1.2}
     axes.add_patch(Rectangle((place - _BLOCK / 2, 0.02), _BLOCK, _BLOCK, **look))
     axes.text(place, _BLOCK / 2, "$m$", ha="center", va="center", size=8, color=ink)
 
 
-def _spring(axes, begin, end, *, turns=6, height=0.10):
-    middle = _BLOCK / 2
+def _draw_spring(axes, begin, end, *, turns=6):
     lead = 0.15 * (end - begin)
     along = np.linspace(begin + lead, end - lead, 40 * turns)
-    wave = height * np.sin(np.linspace(0, 2 * np.pi * turns, along.size))
-    axes.plot(
-        [begin, *along, end], [middle, *(middle + wave), middle], color=style.BLUE, linewidth=0.8
-    )
-
-
-def _measure(axes, place):
-    """The position of the last block, from the wall."""
-    height = _BLOCK + 0.42
-    axes.plot([place] * 2, [_BLOCK + 0.05, height + 0.1], "k:", linewidth=0.8)
-    _arrow(axes, (0, height), (place, height), "black", style="<|-|>")
-    axes.text(place / 2, height + 0.08, "$x_N$", ha="center", size=9)
+    wave = _BLOCK / 2 + 0.1 * np.sin(np.linspace(0, 2 * np.pi * turns, along.size))
+    height = [_BLOCK / 2, *wave, _BLOCK / 2]
+    axes.plot([begin, *along, end], height, color=style.BLUE, linewidth=0.8)
 
 
 def _arrow(axes, begin, end, colour, style="-|>"):
@@ -278,18 +260,13 @@ def _arrow(axes, begin, end, colour, style="-|>"):
 @panels.draws(FIGURES)
 def fig02(data):
     """The first frame of the film, with the names of its parts."""
-    run = data["belt_028"]
     picture = next(data["belt_028_film"]()).picture
-    figure = style.page(1.25)
-    _say_virtual(figure)
-    axes = figure.subplots()
+    figure, (axes,) = _page(1.25, "a")
+    axes.set_title("", loc="left")
     height, width = picture.shape
     axes.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
-    places = to_si(run.arrays["positions"], "length")
-    if len(places):
-        _name_parts(axes, partial(pixel, data["belt_028_track"]), places[0])
-    else:
-        panels.note(axes, "no samples")
+    blocks_m = to_si(data["belt_028"].arrays["positions"][0], "length")
+    _name_parts(axes, partial(pixel, data["belt_028_track"]), blocks_m)
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height + 55, -60), xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     return figure
@@ -334,21 +311,12 @@ _NEAR_S = 1e-3  # instants of a table and of its film
 def fig03(data):
     """Left: frames about the fastest slip of the first seconds; right: x_5(t)."""
     track = data["belt_028_track"]
-    figure = style.page(3.4)
-    _say_virtual(figure)
-    left, right = figure.subplots(1, 2, width_ratios=(1.7, 1))
-    if track.time_s.size < STRIPS:
-        for axes in (left, right):
-            panels.note(axes, f"the block is found in {track.time_s.size} frames only")
-        return figure
+    figure, (left, right) = _page(3.4, "ab", width_ratios=(1.7, 1))
     begin = _about_fastest_slip(track)
     chosen = slice(begin, begin + STRIPS)
     first, last = track.time_s[chosen][[0, -1]]
     frames = itertools.takewhile(lambda f: f.time_s < last + _NEAR_S, data["belt_028_film"]())
     pictures = [frame.picture for frame in frames if frame.time_s > first - _NEAR_S][:STRIPS]
-
-    panels.letter(left, "a")
-    panels.letter(right, "b")
     time, position = track.time_s[chosen], 100 * track.x_m[chosen]
     _draw_strips(left, pictures, track, position.mean() / 100)
     left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=3.5)
@@ -391,13 +359,9 @@ def _draw_strips(axes, pictures, track, middle_m):
 @panels.draws(FIGURES)
 def fig04(data):
     """a to c: x_5(t) at 0.28 m/s and its spectra; d to f: the same at 0.35 m/s."""
-    figure = style.page(5.8)
-    _say_virtual(figure)
-    places = figure.subplot_mosaic([["a", "a"], ["b", "c"], ["d", "d"], ["e", "f"]])
-    for name, axes in places.items():
-        panels.letter(axes, name)
-    _draw_film(places["a"], (places["b"], places["c"]), data, "belt_028")
-    _draw_film(places["d"], (places["e"], places["f"]), data, "belt_035")
+    figure, axes = _page(5.8, "aa;bc;dd;ef")
+    for film, (trace, *spectra) in zip(("belt_028", "belt_035"), (axes[:3], axes[3:]), strict=True):
+        _draw_film(trace, spectra, data, film)
     return figure
 
 
@@ -409,13 +373,11 @@ _ENLARGED_S = 60.0  # in which single slips are seen
 @panels.draws(FIGURES)
 def fig05(data):
     """a: x_5(t); b: the spectrum of all of it; c: a minute of it."""
-    figure = style.page(4.4)
-    _say_virtual(figure)
-    above, below, enlarged = figure.subplots(3, 1)
-    for axes, mark in zip((above, below, enlarged), "abc", strict=True):
-        panels.letter(axes, mark)
+    figure, (above, below, enlarged) = _page(4.4, "a;b;c")
     _draw_film(above, (below,), data, "belt_022")
-    say_longest_slip(above, data["belt_022"])
+    longest = measure.longest_slip_of_all_s(data["belt_022"])
+    words = f"all blocks slip at once for {longest:.2g} s at most (paper: over 60 s)"
+    panels.remark(above, f"{above.get_title(loc='right')}\n{words}")
     track = data["belt_022_track"]
     middle = (track.time_s[0] + track.time_s[-1]) / 2
     window = middle - _ENLARGED_S / 2, middle + _ENLARGED_S / 2
@@ -433,11 +395,9 @@ _SPEED_COLOURS = (style.BLUE, style.VERMILION)
 @panels.draws(FIGURES)
 def experiment_noise(data):
     """a: r against noise; b: alternation against u."""
-    figure = style.page(2.8)
-    disorder, alternating = figure.subplots(1, 2)
+    figure, (disorder, alternating) = panels.page(2.8, "ab")
     _draw_disorder(disorder, data["experiment_odds"])
     _draw_alternation(alternating, data["alternation"])
-    panels.letters(disorder, alternating)
     return figure
 
 
@@ -445,9 +405,6 @@ def _draw_disorder(axes, odds):
     """r at each noise, a colour for each speed; the printed r as lines."""
     axes.set(xlabel=panels.NOISE, ylabel=panels.DISORDER, ylim=(0, 0.16))
     rows = odds[(odds["dataset"] == "trials") & odds["noise"].notna()]
-    if rows.empty:
-        panels.note(axes, "no trials")
-        return
     axes.set_xscale("log")
     panels.plain_log(axes.xaxis)
     for (speed, at_speed), colour, shift in zip(
@@ -455,7 +412,8 @@ def _draw_disorder(axes, odds):
     ):
         place, look = at_speed["noise"] * shift, {"color": colour, "markersize": 4}
         middle = {"fmt": "o", "elinewidth": 1.2, "label": f"{speed:g} m/s"}
-        axes.errorbar(place, at_speed["r"], _reaches(at_speed, "r"), **middle, **look)
+        numbers = (at_speed[name] for name in ("r", "r_lower", "r_upper"))
+        panels.intervals(axes, place, *numbers, **middle, **look)
         axes.plot(place, at_speed["r_least"], "v", markerfacecolor="none", **look)
         axes.axhline(at_speed["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="lower left", ncols=2, handlelength=1.0, title="lines: experiment")
@@ -464,16 +422,12 @@ def _draw_disorder(axes, odds):
 def _draw_alternation(axes, table):
     """Share of alternating trials of all noises against u, a line for each friction ratio."""
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
-    if table.empty:
-        panels.note(axes, "no trials with free constants")
-        return
     counts = table.groupby(["friction_ratio", "belt_velocity"])[["alternating", "runs"]].sum()
     for index, ratio in enumerate(_shown(table["friction_ratio"].unique())):
         velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
         middle, low, high = np.transpose([estimates.share(*row).numbers for row in rows])
         look = style.line_style(index) | {"label": f"{ratio:g}", "markersize": 3}
-        bars = np.abs([low - middle, high - middle])
-        axes.errorbar(velocity, middle, bars, linewidth=0.9, elinewidth=0.7, **look)
+        panels.intervals(axes, velocity, middle, low, high, linewidth=0.9, elinewidth=0.7, **look)
     for observation, colour in zip(measure.EXPERIMENT, _SPEED_COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="lower right", title="$f_s$", handlelength=1.8)
@@ -483,9 +437,3 @@ def _shown(ratios):
     """The printed friction ratio and the larger ones, at most some, evenly spread."""
     larger = np.sort(ratios[ratios > measure.FRICTION_RATIO - 1e-9])
     return larger[np.unique(np.linspace(0, larger.size - 1, _LINES).round().astype(int))]
-
-
-def _reaches(rows, name):
-    """Lengths of error bars (2, R)."""
-    ends = rows[[f"{name}_lower", f"{name}_upper"]].to_numpy().T
-    return np.abs(ends - rows[name].to_numpy())

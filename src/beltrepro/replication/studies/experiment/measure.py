@@ -2,17 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from beltrepro.base.errors import require
-from beltrepro.model import units
-from beltrepro.model.units import TIME_S, to_si
+from beltrepro.model.units import TIME_S, from_si, to_si
 from beltrepro.replication.camera.recording import LASTING_S, analyse
 from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
-from beltrepro.replication.plan.registry import Table, tables
+from beltrepro.replication.plan.registry import Table
 from beltrepro.stats.estimates import share
 from beltrepro.stats.intermittency import slips_of_all
 
@@ -36,6 +35,11 @@ TABLES = {
 ALIKE = 1e-3  # share by which two belt velocities of a grid count as one
 FRICTION_RATIO = 0.45  # printed, and measured (Sec. II)
 TOLERANCE = 0.1  # of ln r: within 10 % of what is printed
+ASSIGNED = (1.0, 2.0)  # noise that the paper assigns to the experiment
+# Lengths of blocks that x_5 of the experiment holds, in metres, and that of the model does not. The
+# paper calls x_5 the centre of mass of the last block and the length of the chain, reads it from a
+# tape measure, and says nothing of the blocks in between (Sec. II).
+BLOCKS_M = lengths_of_blocks(5, Scene().block_length)
 
 
 @dataclass(frozen=True)
@@ -51,38 +55,25 @@ class Observation:
     @property
     def belt_velocity(self) -> float:
         """Speed of the belt in model units."""
-        return units.from_si(self.speed_m_s, "velocity")
+        return from_si(self.speed_m_s, "velocity")
 
 
+# At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both.
 EXPERIMENT = (
     Observation(0.22, 0.072, lasting_s=60.0, lively_s=125.0),
     Observation(0.28, 0.052, lasting_s=LASTING_S, lively_s=LASTING_S),
 )
-"""At 0.22 m/s avalanches for 125 s and continuous slip for more than a minute, at 0.28 m/s both."""
-
-ASSIGNED = (1.0, 2.0)
-"""Noise that the paper assigns to the experiment."""
-
-
-BLOCKS_M = lengths_of_blocks(5, Scene().block_length)
-"""Lengths of blocks that x_5 of the experiment holds, in metres, and that of the model does not.
-
-The paper calls x_5 the centre of mass of the last block and the length of the chain, reads it from
-a tape measure, and says nothing of the blocks in between (Sec. II).
-"""
 
 
 def disorder_along_tape(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     """r of runs as a tape tells it: x_5 scatters as much, and its mean holds lengths of blocks."""
     mean = arrays["mean_length"]
-    return arrays["disorder_parameter"] * mean / (mean + units.from_si(BLOCKS_M, "length"))
+    return arrays["disorder_parameter"] * mean / (mean + from_si(BLOCKS_M, "length"))
 
 
 def shows(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     """Which trials show the two regimes as long as the recording does."""
-    lasting, lively = (
-        units.to_si(arrays[name], "time") for name in ("lasting_longest", "lively_longest")
-    )
+    lasting, lively = (to_si(arrays[f"{name}_longest"], "time") for name in ("lasting", "lively"))
     return (lasting >= observation.lasting_s) & (lively >= observation.lively_s)
 
 
@@ -102,11 +93,6 @@ def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     return shows(EXPERIMENT[1], arrays)
 
 
-def assigned(noise: np.ndarray) -> np.ndarray:
-    """Which noises are those that the paper assigns to the experiment."""
-    return (noise >= ASSIGNED[0] - 1e-9) & (noise <= ASSIGNED[1] + 1e-9)
-
-
 # --- trials of the length of the recordings -------------------------------------------------------
 
 _POINT = ["noise", "friction_ratio", "belt_velocity"]
@@ -118,13 +104,13 @@ def alternation(data) -> pd.DataFrame:
     names = (*_POINT, "lasting_share", "disorder_parameter")
     runs = pd.DataFrame({name: arrays[name] for name in names})
     runs["alternates"] = alternates(arrays)
-    runs["slip_s"] = units.to_si(arrays["all_slip_longest"], "time")
+    runs["slip_s"] = to_si(arrays["all_slip_longest"], "time")
     runs["slips"] = runs["slip_s"] >= EXPERIMENT[0].lasting_s
-    grouped = runs.groupby(_POINT)
-    table = pd.DataFrame({"runs": grouped.size(), "alternating": grouped["alternates"].sum()})
+    rows = runs.groupby(_POINT)
+    table = pd.DataFrame({"runs": rows.size(), "alternating": rows["alternates"].sum()})
     shares = [share(*counts).numbers for counts in table[["alternating", "runs"]].to_numpy()]
     table[["share", "share_lower", "share_upper"]] = np.reshape(shares, (-1, 3))
-    others = grouped.agg(
+    others = rows.agg(
         lasting_share=("lasting_share", "mean"),
         all_slip_longest_s=("slip_s", "max"),
         all_slip=("slips", "sum"),
@@ -138,7 +124,7 @@ def experiment_odds(data) -> pd.DataFrame:
     rows = []
     for name in TABLES["experiment_odds"].uses:
         arrays, attributes = data[name].arrays, data[name].attributes
-        length = units.to_si(attributes["duration"] - attributes["transient"], "time")
+        length = to_si(attributes["duration"] - attributes["transient"], "time")
         for observation in EXPERIMENT:
             here = at_speed(observation, arrays)
             for noise in (*np.unique(arrays["noise"][here]), np.nan):
@@ -147,7 +133,7 @@ def experiment_odds(data) -> pd.DataFrame:
                 place = {"dataset": name, "speed_m_s": observation.speed_m_s}
                 place |= {"recorded_s": length, "noise": noise}
                 rows.append(place | _odds(observation, trials))
-    return pd.DataFrame(rows, columns=list(tables()["experiment_odds"].columns))
+    return pd.DataFrame(rows)
 
 
 def _odds(observation, trials) -> dict:
@@ -164,8 +150,8 @@ def _odds(observation, trials) -> dict:
         "r_upper": upper,
         "r_least": disorder.min(),
         "lasting_share": trials["lasting_share"].mean(),
-        "lasting_longest_s": units.to_si(trials["lasting_longest"].max(), "time"),
-        "all_slip_longest_s": units.to_si(trials["all_slip_longest"].max(), "time"),
+        "lasting_longest_s": to_si(trials["lasting_longest"].max(), "time"),
+        "all_slip_longest_s": to_si(trials["all_slip_longest"].max(), "time"),
     }
     for name, having in {
         "below": below,
@@ -174,46 +160,44 @@ def _odds(observation, trials) -> dict:
         "agrees": agrees(observation, trials),
         "both": below & shown,
     }.items():
-        ends = (name, f"{name}_lower", f"{name}_upper")
-        row |= zip(ends, share(having.sum(), having.size).numbers, strict=True)
+        row |= share(having.sum(), having.size).named(name, f"{name}_lower", f"{name}_upper")
     return row
 
 
-# --- errors of tracking ---------------------------------------------------------------------------
+# --- films and their tracks -----------------------------------------------------------------------
 
 BELTS = ("belt_022", "belt_028", "belt_035")
-
 TRACK = "_track"
 _LATE = 0.01  # of the time between true places, by which instants may differ
 
 
-@dataclass(frozen=True)
-class TrackingError:
+class TrackingError(NamedTuple):
     """Errors of a track, lengths in metres."""
 
     offset: float  # mean error of the place
     scatter: float  # standard deviation of the error
     largest: float  # largest error, without sign
     scale: float  # relative error of the scale: slope of the error against the true place
-    places: int  # number of places compared
+
+
+def filmed(run) -> tuple[np.ndarray, float]:
+    """The positions of the last block that were filmed, and the time between them, in SI."""
+    interval_s = to_si(float(run.attributes["sample_interval"]), "time")
+    return to_si(run.arrays["positions"][:, -1], "length"), interval_s
 
 
 def tracking_error(
-    time_s: npt.ArrayLike, x_m: npt.ArrayLike, true_x_m: npt.ArrayLike, interval_s: float
+    time_s: np.ndarray, x_m: np.ndarray, true_x_m: np.ndarray, interval_s: float
 ) -> TrackingError:
     """Compare measured places with true ones at the same instants."""
-    position, true = np.asarray(x_m, dtype=float), np.asarray(true_x_m, dtype=float)
-    steps = np.asarray(time_s, dtype=float) / interval_s
+    require(len(time_s) >= 3, f"{len(time_s)} places, 3 are needed")
+    steps = time_s / interval_s
     number = np.rint(steps).astype(int)
-    require(number.size >= 3, f"{number.size} places, 3 are needed")
-    late = np.abs(steps - number).max()
-    require(
-        late < _LATE and number.max() < true.size, "places at other instants than the true ones"
-    )
-    error = position - true[number]
-    scale, _ = np.polyfit(true[number], error, 1)
-    numbers = error.mean(), error.std(), np.abs(error).max(), scale
-    return TrackingError(*map(float, numbers), number.size)
+    at_true_instants = np.abs(steps - number).max() < _LATE and number.max() < true_x_m.size
+    require(at_true_instants, "places at other instants than the true ones")
+    error = x_m - true_x_m[number]
+    scale, _ = np.polyfit(true_x_m[number], error, 1)
+    return TrackingError(error.mean(), error.std(), np.abs(error).max(), scale)
 
 
 def recordings(data) -> pd.DataFrame:
@@ -223,8 +207,7 @@ def recordings(data) -> pd.DataFrame:
 
 def _recording_row(data, film):
     run, track = data[film], data[film + TRACK]
-    interval = float(run.attributes["sample_interval"]) * TIME_S
-    true = to_si(run.arrays["positions"][:, -1], "length")
+    true, interval = filmed(run)
     error = tracking_error(track.time_s, track.x_m, true, interval)
     sampled = analyse(interval * np.arange(true.size), true)
     tracked = analyse(track.time_s, track.x_m)
@@ -235,7 +218,7 @@ def _recording_row(data, film):
         "noise": run.attributes["noise"],
         "seconds": true.size * interval,
         "frames_per_second": 1 / interval,
-        "frames": error.places,
+        "frames": len(track.time_s),
         "r_run": float(run.arrays["disorder_parameter"]),
         "r_sampled": sampled.disorder_parameter,
         "r_tracked": tracked.disorder_parameter,
@@ -251,11 +234,58 @@ def _recording_row(data, film):
     }
 
 
-# --- what films tell ------------------------------------------------------------------------------
-
-
 def longest_slip_of_all_s(run) -> float:
     """Longest time in seconds for which all blocks of a run slip at once."""
     time, velocities, events = (run.arrays[name] for name in ("time", "velocities", "events"))
     spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
     return TIME_S * float(np.diff(spans, axis=1).max(initial=0.0))
+
+
+# --- what the report says -------------------------------------------------------------------------
+
+TRIALS_TOLD_BY = ("experiment_odds", "alternation")
+
+
+def of_recordings(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
+    """Rows of the recordings."""
+    table = tables["recordings"]
+    return {"recordings": table.to_dict("records"), "rate": table["frames_per_second"].iloc[0]}
+
+
+def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
+    """Numbers of the sentences on trials, and rows of tables."""
+    odds, free = (tables[name] for name in TRIALS_TOLD_BY)
+    together = odds[odds["noise"].isna()]
+    return {
+        "rows": together.to_dict("records"),
+        "noises": _span(odds["noise"].dropna()),
+        "tolerance": TOLERANCE,
+        "none_agree": bool((together["agrees"] == 0).all()),
+        "all_slip": {
+            "printed": together["all_slip_longest_s"].max(),
+            "free": free["all_slip_longest_s"].max(),
+            "minutes": int(free["all_slip"].sum()),
+            "trials": int(free["runs"].sum()),
+            "ratios": _span(free.loc[free["all_slip"] > 0, "friction_ratio"]),
+        },
+        "alternating": _alternating(free),
+    }
+
+
+def _alternating(table: pd.DataFrame) -> list[dict]:
+    """For each noise, the belt velocities at which half of the trials or more alternate."""
+    rows = []
+    printed = table[np.isclose(table["friction_ratio"], FRICTION_RATIO)]
+    for noise, points in printed.groupby("noise"):
+        velocity = points.loc[points["share"] >= 0.5, "belt_velocity"]
+        row = {"noise": noise, "runs": points["runs"].min(), "most": points["share"].max()}
+        row |= {"u": _span(velocity, ".3g"), "m_s": _span(to_si(velocity, "velocity"), ".2f")}
+        rows.append(row)
+    return rows
+
+
+def _span(values, form: str = "g") -> str:
+    """The ends of a range; its value if there is one only, and nothing if there is none."""
+    values = np.unique(values)
+    ends = values[[0, -1]] if values.size > 1 else values
+    return " to ".join(f"{value:{form}}" for value in ends)

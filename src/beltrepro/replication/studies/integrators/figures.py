@@ -6,12 +6,10 @@ import scipy
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
-from beltrepro.replication.studies.integrators import measure, samples
+from beltrepro.replication.studies.integrators import measure
 
 FIGURES = {
-    "agreement_disorder": Figure(
-        uses=("pairs_r_verlet", "pairs_r_event", "agreement"), category="Integrators compared"
-    ),
+    "agreement_disorder": Figure(uses=("agreement",), category="Integrators compared"),
     "agreement_attractors": Figure(
         uses=("pairs_states_verlet", "pairs_states_event", "agreement"),
         category="Integrators compared",
@@ -27,38 +25,29 @@ def agreement_disorder(data):
     """a: mean r of both against u; b: difference in standard errors; c: p-values in order."""
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
-    figure = style.page(3.8)
-    left, middle, right = figure.subplot_mosaic([["a", "a"], ["b", "c"]]).values()
-    panels.letters(left, middle, right)
+    figure, (left, middle, right) = panels.page(3.8, "aa;bc")
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
-        _curve(left, middle, curve, index, rf"$\sigma = {noise:g}$")
+        velocity, look = curve["belt_velocity"], style.line_style(index)
+        left.plot(velocity, curve["mean_reference"], color=look["color"], linewidth=0.9)
+        bars = {"fmt": "x", "color": look["color"], "markersize": 4, "elinewidth": 0.8}
+        points = velocity, curve["mean_tested"], curve["error_tested"]
+        left.errorbar(*points, label=rf"$\sigma = {noise:g}$", **bars)
+        look |= {"markersize": 3.5, "linestyle": "none"}
+        middle.plot(velocity, curve["z"], **look)
     left.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.DISORDER)
     left.set_ylim(bottom=0)
+    panels.legend_above(left, ncols=len(curves))
     middle.set(xlabel=panels.BELT_VELOCITY, ylabel="difference / standard error")
     _limits(middle, len(rows))
     _p_values(right, rows)
-    if len(rows):
-        panels.legend_above(left, ncols=len(curves))
     return figure
 
 
-def _curve(left, middle, rows, index, label):
-    velocity, look = rows["belt_velocity"], style.line_style(index)
-    left.plot(velocity, rows["mean_reference"], color=look["color"], linewidth=0.9)
-    bars = {"fmt": "x", "color": look["color"], "markersize": 4, "elinewidth": 0.8}
-    left.errorbar(velocity, rows["mean_tested"], rows["error_tested"], label=label, **bars)
-    marks = {"marker": look["marker"], "markersize": 3.5, "linestyle": "none"}
-    middle.plot(velocity, rows["z"], color=look["color"], **marks)
-
-
 def _limits(axes, count):
+    """What the largest of so many normal deviates exceeds in 5 of 100 cases."""
+    limit = scipy.stats.norm.isf((1 - (1 - measure.LEVEL) ** (1 / count)) / 2)
     axes.axhspan(-2, 2, color="0.92", linewidth=0, zorder=0)
-    if not count:
-        panels.note(axes, "no point by both integrators")
-        return
-    # what the largest of so many normal deviates exceeds in 5 of 100 cases
-    limit = scipy.stats.norm.isf((1 - (1 - samples.LEVEL) ** (1 / count)) / 2)
     for side in (-limit, limit):
         axes.axhline(side, color=style.GREY, linewidth=0.8, linestyle="--")
     axes.set_ylim(-1.35 * limit, 1.35 * limit)
@@ -68,9 +57,8 @@ def _p_values(axes, rows):
     axes.plot([0, 1], [0, 1], color=style.GREY, linewidth=0.8)
     for name, label, marker in (("p", "distributions", "o"), ("mean_p", "means", "x")):
         values = np.sort(rows[name].dropna())
-        if values.size:
-            share = (np.arange(values.size) + 0.5) / values.size
-            axes.plot(share, values, marker, markersize=3.5, label=label)
+        share = (np.arange(values.size) + 0.5) / values.size
+        axes.plot(share, values, marker, markersize=3.5, label=label)
     axes.set(xlabel="expected in order", ylabel="p-value")
     panels.legend_above(axes, ncols=1)
 
@@ -85,20 +73,23 @@ _WIDTH = 0.8  # of the group of bars at one u
 @panels.draws(FIGURES)
 def agreement_attractors(data):
     """One row for each initial spread. Left: share that still sticks; right: r at the end."""
-    tested, reference, table = (data[name] for name in FIGURES["agreement_attractors"].uses)
-    sides = list(_sides(tested, reference))
+    *scans, table = (data[name] for name in FIGURES["agreement_attractors"].uses)
+    sides = list(_sides(*scans))
     shares = table[table["quantity"] == measure.STILL_STICKING]
-    spreads = np.unique(tested.arrays["initial_spread"])
-    velocities = np.unique(tested.arrays["belt_velocity"])
-    figure = style.page(0.8 + 1.9 * max(spreads.size, 1))
-    rows = figure.subplots(max(spreads.size, 1), 2, sharex=True, squeeze=False)
-    for (left, right), spread in zip(rows, spreads, strict=False):
+    spreads, velocities = (
+        np.unique(scans[0].arrays[name]) for name in ("initial_spread", "belt_velocity")
+    )
+    figure = style.page(0.8 + 1.9 * spreads.size)
+    rows = figure.subplots(spreads.size, 2, sharex=True, squeeze=False)
+    for (left, right), spread in zip(rows, spreads, strict=True):
         at_spread = shares[np.isclose(shares["initial_spread"], spread)]
         for index, (role, step, colour, label, runs) in enumerate(sides):
             offset = _WIDTH * ((index + 0.5) / len(sides) - 0.5)
             compared = at_spread[np.isclose(at_spread["time_step"], step)]
             place = np.searchsorted(velocities, compared["belt_velocity"] - 1e-9) + offset
-            _shares(left, place, compared, role, color=colour, label=label)
+            bars = {"fmt": "o", "markersize": 3, "elinewidth": 0.8, "color": colour}
+            mean, error = compared[f"mean_{role}"], compared[f"error_{role}"].fillna(0)
+            left.errorbar(place, mean, error, label=label, **bars)
             near = runs[runs["initial_spread"] == spread]
             for velocity, at_velocity in near.groupby("belt_velocity"):
                 place = np.searchsorted(velocities, velocity) + offset
@@ -107,18 +98,14 @@ def agreement_attractors(data):
         right.set(ylabel="$r$ at the end")
         right.set_ylim(bottom=0)
         panels.remark(left, f"initial spread {spread:g}")
+    every = -(-velocities.size // TICKS)
+    words = [f"{velocity:g}" for velocity in velocities[::every]]
     for panel in rows[-1]:
-        every = max(1, -(-velocities.size // TICKS))
-        words = [f"{velocity:g}" for velocity in velocities[::every]]
         panel.set_xticks(range(0, velocities.size, every), words)
         panel.set_xlabel(f"{panels.BELT_VELOCITY} (not to scale)")
     panels.letters(*rows.flat)
-    for panel in rows.flat:
-        if not panel.has_data():
-            panels.note(panel, "no runs")
-    handles, labels = rows[0][0].get_legend_handles_labels()
-    if labels:
-        figure.legend(handles, labels, loc="outside upper center", ncols=2)
+    legend = rows[0, 0].get_legend_handles_labels()
+    figure.legend(*legend, loc="outside upper center", ncols=2)
     return figure
 
 
@@ -134,16 +121,8 @@ def _sides(tested, reference):
     yield "reference", coarse, style.BLACK, str(reference.attributes["method"]), finest
 
 
-def _shares(axes, place, rows, role, **look):
-    """Shares with their errors, as the table has them."""
-    if len(rows):
-        look |= {"fmt": "o", "markersize": 3, "elinewidth": 0.8}
-        axes.errorbar(place, rows[f"mean_{role}"], rows[f"error_{role}"].fillna(0), **look)
-
-
 def _runs(axes, place, final, colour, width):
     """Each run a dot, in rising order."""
-    if final.size:
-        spread = np.linspace(-0.35, 0.35, final.size) * width if final.size > 1 else 0.0
-        look = {"markersize": 1.8, "markeredgewidth": 0, "rasterized": True}
-        axes.plot(place + spread, np.sort(final), ".", color=colour, **look)
+    spread = np.linspace(-0.35, 0.35, final.size) * width
+    look = {"markersize": 1.8, "markeredgewidth": 0, "rasterized": True}
+    axes.plot(place + spread, np.sort(final), ".", color=colour, **look)

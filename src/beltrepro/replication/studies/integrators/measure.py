@@ -1,19 +1,18 @@
 """Two integrators side by side: which quantities are compared at which points, and the outcome.
 
-Arrays of both sides, `tested` and `reference`, have one row for each run. Statistics within a run
-are correlated, so a run enters as one number for each quantity. All runs of a side have random
-numbers of their own: the samples are independent.
+The sides, `tested` and `reference`, have one row for each run. Statistics within a run are
+correlated, so a run enters as one number for each quantity. All runs of a side have random numbers
+of their own: the samples are independent. A comparison is a row of agreement.csv.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from beltrepro.replication.plan.registry import Table
-from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.integrators import samples
-from beltrepro.replication.studies.transition import measure as transients
+from beltrepro.stats import states
 
 TABLES = {
     "agreement": Table(
@@ -27,16 +26,7 @@ TABLES = {
         ),
         on_top=True,
     ),
-    "families": Table(
-        uses=(
-            "pairs_r_verlet",
-            "pairs_r_event",
-            "pairs_slips_verlet",
-            "pairs_slips_event",
-            "pairs_states_verlet",
-            "pairs_states_event",
-        )
-    ),
+    "families": Table(uses=("agreement",)),
 }
 
 DISORDER = "disorder parameter r"
@@ -44,67 +34,61 @@ STILL_STICKING = "share that still sticks at the end"
 FINAL_DISORDER = "disorder parameter r at the end"
 LIFETIME = "lifetime of the chaotic transient"
 
-_POINT = ["n_blocks", "belt_velocity", "noise"]
-_FAMILY = ("part", "quantity", "time_step", "initial_spread")
-"""What tells the families apart: a family is what one quantity gives at all points."""
+LEVEL = 0.05  # a corrected p-value below this is a difference
+NEAR = 0.01  # a smaller distance between distributions, as a share of their size, is negligible
+MINIMUM_RUNS = 5  # fewer runs on a side are no sample
+PERMUTATIONS = 9999
+AGREE, CLOSE, DIFFER, UNKNOWN = "agree", "differ by less than 1 %", "differ", "not measured"
+VERDICTS = (AGREE, CLOSE, DIFFER, UNKNOWN)
 
-Arrays = dict[str, np.ndarray]
+_POINT = ["n_blocks", "belt_velocity", "noise"]
+# What tells the families apart: a family is what one quantity gives at all points.
+_FAMILY = ["part", "quantity", "time_step", "initial_spread"]
 
 
 # --- agreement.csv and families.csv ---------------------------------------------------------------
 
 
 def agreement(data) -> pd.DataFrame:
-    """A row for each quantity and point, with verdicts."""
-    return pd.DataFrame(judge(_compared(data)))
+    """A row for each quantity and point, family after family, with verdicts."""
+    return judge(pd.DataFrame(_compared(data)))
+
+
+def judge(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with corrected_p and verdict; the p of a family are corrected together."""
+    families = rows.groupby(_FAMILY, sort=False, dropna=False)
+    corrected = families["p"].transform(holm)
+    words = map(verdict, corrected, rows["distance"])
+    judged = rows.assign(corrected_p=corrected, verdict=list(words))
+    return judged.iloc[np.argsort(families.ngroup(), kind="stable")]
 
 
 def families(data) -> pd.DataFrame:
     """A row for each family: what one quantity gives at all points."""
-    return pd.DataFrame(summarise(judge(_compared(data))))
-
-
-def judge(rows: Iterable[dict]) -> list[dict]:
-    """The rows with corrected_p and verdict; the p of a family are corrected together."""
-    return [
-        row | {"corrected_p": float(p), "verdict": samples.verdict(p, row["distance"])}
-        for family in _families(rows).values()
-        for row, p in zip(family, samples.holm([row["p"] for row in family]), strict=True)
-    ]
-
-
-def summarise(judged: list[dict]) -> list[dict]:
-    """One row for each family."""
     rows = []
-    for key, family in _families(judged).items():
-        measured = [row for row in family if np.isfinite(row["corrected_p"])]
+    for key, family in data["agreement"].groupby(_FAMILY, sort=False, dropna=False):
+        counts = {name: (family["verdict"] == name).sum() for name in VERDICTS}
+        measured = family[family["corrected_p"].notna()]
         rows.append(
             dict(zip(_FAMILY, key, strict=True))
-            | {"points": len(family), "runs": min(row["n_reference"] for row in family)}
-            | {name: sum(row["verdict"] == name for row in family) for name in samples.VERDICTS}
+            | {"points": len(family), "runs": family["n_reference"].min()}
+            | counts
             | {
-                "test": family[0]["test"],
-                "smallest_p": min((row["corrected_p"] for row in measured), default=np.nan),
-                "largest_distance": max((row["distance"] for row in measured), default=np.nan),
+                "test": family["test"].iloc[0],
+                "smallest_p": measured["corrected_p"].min(),
+                "largest_distance": measured["distance"].max(),
             }
-            | {side: family[0][side] for side in ("tested", "reference")}
+            | {side: family[side].iloc[0] for side in ("tested", "reference")}
         )
-    return rows
-
-
-def _families(rows: Iterable[dict]) -> dict[tuple, list[dict]]:
-    groups: dict[tuple, list[dict]] = {}
-    for row in rows:
-        groups.setdefault(tuple(row.get(name) for name in _FAMILY), []).append(row)
-    return groups
+    return pd.DataFrame(rows)
 
 
 def _compared(data) -> Iterator[dict]:
     """The comparisons of each part, before any correction for their number."""
     for part, name, compare in (
-        ("disorder", "pairs_r", _disorder),
-        ("slips", "pairs_slips", _slips),
-        ("attractors", "pairs_states", _attractors),
+        ("disorder", "pairs_r", lambda *sides: compare_points(*map(disorder_statistics, sides))),
+        ("slips", "pairs_slips", lambda *sides: compare_points(*map(slip_statistics, sides))),
+        ("attractors", "pairs_states", compare_attractors),
     ):
         sides = [data[f"{name}_{method}"] for method in ("verlet", "event")]
         tested, reference = (side.attributes["method"] for side in sides)
@@ -112,22 +96,10 @@ def _compared(data) -> Iterator[dict]:
             yield {"part": part} | row | {"tested": tested, "reference": reference}
 
 
-def _disorder(*sides) -> Iterator[dict]:
-    lengths = [side.attributes["duration"] - side.attributes["transient"] for side in sides]
-    arrays = [side.arrays for side in sides]
-    return compare_points(*map(disorder_statistics, arrays, lengths))
-
-
-def _slips(*sides) -> Iterator[dict]:
-    return compare_points(*(slip_statistics(side.arrays) for side in sides))
-
-
-def _attractors(*sides) -> Iterator[dict]:
-    return compare_attractors(*(side.arrays for side in sides))
-
-
-def disorder_statistics(points: Arrays, measured_time: float) -> pd.DataFrame:
+def disorder_statistics(scan) -> pd.DataFrame:
     """Per run: r, mean length, rates of slips and crossings, v_N at the section."""
+    points = scan.arrays
+    measured_time = scan.attributes["duration"] - scan.attributes["transient"]
     sections = [values[np.isfinite(values)] for values in points["section_velocity"]]
     last = np.arange(len(sections)), points["n_blocks"] - 1
     statistics = {
@@ -141,28 +113,27 @@ def disorder_statistics(points: Arrays, measured_time: float) -> pd.DataFrame:
     return pd.DataFrame({name: points[name] for name in _POINT} | statistics)
 
 
-def slip_statistics(catalogue: Arrays) -> pd.DataFrame:
+def slip_statistics(catalogue) -> pd.DataFrame:
     """Per run: number, sizes and losses of the slips of the last block, and section points.
 
     Sizes are those in the laboratory frame (Fig. 9).
     """
-    rows = []
-    for run, n_blocks in enumerate(catalogue["n_blocks"]):
+    arrays, rows = catalogue.arrays, []
+    for run, n_blocks in enumerate(arrays["n_blocks"]):
         slips, section = (
-            events[events["point"] == run] for events in (catalogue["slips"], catalogue["section"])
+            events[events["point"] == run] for events in (arrays["slips"], arrays["section"])
         )
-        velocity = catalogue["belt_velocity"][run]
-        sizes = avalanches.last_block_slip_sizes(slips, n_blocks, velocity)
-        losses = avalanches.last_block_slips(slips, n_blocks)["dissipated"]
+        slips = slips[slips["block"] == n_blocks]
+        sizes = slips["start_position"] - slips["stop_position"]
         at_section = section["velocities"][:, n_blocks - 1]
         rows.append(
-            {name: catalogue[name][run] for name in _POINT}
+            {name: arrays[name][run] for name in _POINT}
             | {
                 "slips of the last block": sizes.size,
                 "slip size, mean": _of(np.mean, sizes),
                 "slip size, median": _of(np.quantile, sizes, 0.5),
                 "slip size, 90 % quantile": _of(np.quantile, sizes, 0.9),
-                "energy dissipated in a slip, mean": _of(np.mean, losses),
+                "energy dissipated in a slip, mean": _of(np.mean, slips["dissipated"]),
                 "section points": at_section.size,
                 "v_N at section points, mean": _of(np.mean, at_section),
                 "v_N at section points, standard deviation": _of(np.std, at_section),
@@ -171,7 +142,7 @@ def slip_statistics(catalogue: Arrays) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _of(statistic: Callable[..., float], values: np.ndarray, *options: float) -> float:
+def _of(statistic, values: np.ndarray, *options: float) -> float:
     return statistic(values, *options) if values.size else np.nan
 
 
@@ -180,21 +151,21 @@ def compare_points(tested: pd.DataFrame, reference: pd.DataFrame) -> Iterator[di
     at_point = dict(iter(reference.groupby(_POINT)))
     for point, runs in tested.groupby(_POINT):
         for quantity in tested.columns.drop(_POINT) if point in at_point else ():
-            sides = runs[quantity], at_point[point][quantity]
             place = dict(zip(_POINT, point, strict=True))
-            yield {"quantity": quantity} | place | samples.compare_samples(*sides)
+            comparison = compare_samples(runs[quantity], at_point[point][quantity])
+            yield {"quantity": quantity} | place | comparison
 
 
-def compare_attractors(tested: Arrays, reference: Arrays) -> Iterator[dict]:
+def compare_attractors(tested, reference) -> Iterator[dict]:
     """Where runs without noise end, for each u, initial spread and time step of the tested side.
 
     The reference is the one with its smallest step.
     """
     names = [*_POINT, "initial_spread", "time_step"]
-    ends = ("final_disorder", "lifetime", "escaped")
+    columns = (*names, "final_disorder", "lifetime", "escaped")
     ours, theirs = (
-        pd.DataFrame({name: side[name] for name in (*names, *ends)}).assign(
-            label=transients.labels_of(side)
+        pd.DataFrame({name: side.arrays[name] for name in columns}).assign(
+            label=states.label_ends(side.arrays)
         )
         for side in (tested, reference)
     )
@@ -204,14 +175,150 @@ def compare_attractors(tested: Arrays, reference: Arrays) -> Iterator[dict]:
         if tuple(point) not in at_point:
             continue
         sides = runs, at_point[tuple(point)]
-        labels, disorder, lifetimes, escaped = (
-            [side[name] for side in sides] for name in ("label", *ends)
-        )
-        alike = {"labels": transients.ATTRACTORS, "counted": transients.STICK_SLIP}
         place = dict(zip(names, (*point, step), strict=True))
         for quantity, comparison in (
-            (STILL_STICKING, samples.compare_shares(*labels, **alike)),
-            (FINAL_DISORDER, samples.compare_samples(*disorder)),
-            (LIFETIME, samples.compare_lifetimes(*lifetimes, *escaped)),
+            (STILL_STICKING, compare_labels(*(side["label"] for side in sides))),
+            (FINAL_DISORDER, compare_samples(*(side["final_disorder"] for side in sides))),
+            (LIFETIME, compare_lifetimes(*sides)),
         ):
             yield {"quantity": quantity} | place | comparison
+
+
+# --- two samples, and many such tests together ----------------------------------------------------
+
+
+def compare_samples(tested, reference) -> dict:
+    """Means and distributions, the latter by the test of Kolmogorov and Smirnov.
+
+    Its p is exact for these sizes; ties make it too large, never too small. NaN is left out.
+    """
+    sides = [np.asarray(side, dtype=float) for side in (tested, reference)]
+    sides = [side[np.isfinite(side)] for side in sides]
+    p = scipy.stats.ks_2samp(*sides).pvalue if _enough(sides) else np.nan
+    return _comparison(sides, "Kolmogorov-Smirnov", p, _distance(*sides))
+
+
+def compare_labels(tested, reference) -> dict:
+    """In which attractor the runs end; means and errors are shares of those that still stick.
+
+    The p is that of chi^2 of the table of counts among all tables with the same margins
+    (permutation test), so it holds for rare attractors too.
+    """
+    sides = [np.asarray(side) for side in (tested, reference)]
+    counts = np.array([[np.sum(side == label) for label in states.ATTRACTORS] for side in sides])
+    p = _permutation_p(counts) if _enough(sides) else np.nan
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    distance = np.abs(shares[0] - shares[1]).sum() / 2
+    sticking = [(side == states.STICK_SLIP).astype(float) for side in sides]
+    return _comparison(sticking, "permutation", p, distance)
+
+
+def compare_lifetimes(tested, reference) -> dict:
+    """Lifetimes, with those of runs that did not escape censored: log-rank test (Mantel 1966).
+
+    Means are of lifetimes cut off at the end of the run (restricted means).
+    """
+    sides = [np.asarray(side["lifetime"], dtype=float) for side in (tested, reference)]
+    escaped = [np.asarray(side["escaped"], dtype=bool) for side in (tested, reference)]
+    p = np.nan
+    if sum(side.sum() for side in escaped) >= MINIMUM_RUNS:
+        censored = (
+            scipy.stats.CensoredData(uncensored=lifetime[gone], right=lifetime[~gone])
+            for lifetime, gone in zip(sides, escaped, strict=True)
+        )
+        p = scipy.stats.logrank(*censored).pvalue
+    return _comparison(sides, "log-rank", p, _distance(*sides))
+
+
+def _comparison(sides, test: str, p: float, distance: float) -> dict:
+    row = {"n_tested": len(sides[0]), "n_reference": len(sides[1])}
+    for role, side in zip(("tested", "reference"), sides, strict=True):
+        row[f"mean_{role}"] = float(side.mean()) if side.size else np.nan
+        row[f"error_{role}"] = float(scipy.stats.sem(side)) if side.size > 1 else np.nan
+    z, mean_p = np.nan, np.nan
+    if _enough(sides):
+        difference = row["mean_tested"] - row["mean_reference"]
+        error = np.hypot(row["error_tested"], row["error_reference"])
+        if error > 0:
+            z, mean_p = difference / error, scipy.stats.ttest_ind(*sides, equal_var=False).pvalue
+        elif difference == 0:  # nothing varies: no test, and nothing to test
+            z = 0.0
+        else:
+            z, mean_p = np.inf * np.sign(difference), 0.0
+    row |= {"z": float(z), "mean_p": float(mean_p), "test": test, "p": float(p)}
+    return row | {"distance": float(distance)}
+
+
+def _permutation_p(counts: np.ndarray) -> float:
+    """Of a table of two rows; chi^2 follows from the first, as the columns are given."""
+    columns = counts.sum(axis=0)
+    counts, columns = counts[:, columns > 0], columns[columns > 0]
+    expected = counts[0].sum() * columns / columns.sum()
+    variance = expected * (1 - expected / columns)
+    draws = np.random.default_rng(0).multivariate_hypergeometric(
+        columns, counts[0].sum(), size=PERMUTATIONS
+    )
+    drawn, seen = (np.sum((first - expected) ** 2 / variance, -1) for first in (draws, counts[0]))
+    return (1 + np.sum(drawn >= seen * (1 - 1e-12))) / (1 + PERMUTATIONS)
+
+
+def _distance(tested: np.ndarray, reference: np.ndarray) -> float:
+    """Wasserstein distance as a share of the root mean square: how much a difference matters."""
+    size = np.sqrt(np.mean(np.square(reference))) if tested.size and reference.size else 0.0
+    return scipy.stats.wasserstein_distance(tested, reference) / size if size > 0 else np.nan
+
+
+def _enough(sides) -> bool:
+    return min(map(len, sides)) >= MINIMUM_RUNS
+
+
+def holm(p) -> np.ndarray:
+    """p-values corrected for their number by Holm's step-down method, valid if they depend too."""
+    p = np.asarray(p, dtype=float)
+    corrected = np.full(p.shape, np.nan)
+    finite = np.flatnonzero(np.isfinite(p))
+    order = finite[np.argsort(p[finite])]
+    factors = np.arange(finite.size, 0, -1)
+    corrected[order] = np.minimum(np.maximum.accumulate(factors * p[order]), 1.0)
+    return corrected
+
+
+def verdict(corrected_p: float, distance: float) -> str:
+    """What a comparison says in a word."""
+    if not np.isfinite(corrected_p):
+        return UNKNOWN
+    if corrected_p >= LEVEL:
+        return AGREE
+    return CLOSE if distance < NEAR else DIFFER
+
+
+# --- what the report says -------------------------------------------------------------------------
+
+# Heading of each part, and the dataset of the tested integrator; the other one has its lengths.
+PARTS = {
+    "disorder": ("With noise", "pairs_r_verlet"),
+    "slips": ("Slips and section points", "pairs_slips_verlet"),
+    "attractors": ("Attractors and lifetimes without noise", "pairs_states_verlet"),
+}
+TOLD_BY = ("agreement", "families")
+SHOWN = (DISORDER, STILL_STICKING, FINAL_DISORDER)
+
+
+def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
+    """Rows of tables, and the numbers of the sentences on what no row can tell."""
+    comparisons, families = (tables[name] for name in TOLD_BY)
+    final = comparisons[comparisons["quantity"] == FINAL_DISORDER]
+    final = final[np.isclose(final["time_step"], settings["defaults"]["time_step"])]
+    differ = final[final["verdict"] == DIFFER]
+    wide = (differ["initial_spread"] == final["initial_spread"].max()).any()
+    return {
+        "methods": {role: comparisons[role].iloc[0] for role in ("tested", "reference")},
+        "infinity": np.inf,
+        "level": LEVEL,
+        "verdicts": VERDICTS,
+        "parts": {part: title for part, (title, _) in PARTS.items()},
+        "lengths": {part: settings["datasets"][name] for part, (_, name) in PARTS.items()},
+        "ends": {"points": len(final), "differ": len(differ), "wide": wide},
+        "families": families.to_dict("records"),
+        "comparisons": comparisons[comparisons["quantity"].isin(SHOWN)].to_dict("records"),
+    }

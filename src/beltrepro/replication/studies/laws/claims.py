@@ -142,15 +142,15 @@ def _collisions(evidence):
 @claim("scheme-order")
 def scheme_order(evidence):
     """Order of the scheme in the time step: of its formula, and of runs."""
+    formula = {"in a step and per time": True, "in a run": False}
     return {
-        "the formula, in a step and per time": lambda: _sure(
-            {"order": measure.order_of_formula(in_one_step=True)}
-        ),
-        "the formula, in a run": lambda: _sure(
-            {"order": measure.order_of_formula(in_one_step=False)}
-        ),
-        "after 5 slips and sticks": partial(_order, evidence),
-    }
+        f"the formula, {words}": partial(_order_of_formula, in_one_step)
+        for words, in_one_step in formula.items()
+    } | {"after 5 slips and sticks": partial(_order, evidence)}
+
+
+def _order_of_formula(in_one_step):
+    return _sure({"order": measure.order_of_formula(in_one_step=in_one_step)})
 
 
 def _order(evidence):

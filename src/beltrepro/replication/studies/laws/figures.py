@@ -63,20 +63,17 @@ class Event(NamedTuple):
 def fig07(data):
     """Friction force of one block against the resultant spring force on it."""
     series = data["friction_event"]
-    figure = style.page(3.8)
-    axes, enlarged = figure.subplots(2, 1, height_ratios=(1.9, 1))
-    panels.letters(axes, enlarged)
+    figure, (axes, enlarged) = panels.page(3.8, "a;b", height_ratios=(1.9, 1))
     for panel in (axes, enlarged):
         panel.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
-    chain = io.chain(series)
     event = _choose_event(series)
     if event is None:
         panels.note(axes, "no complete stick-slip event in this series")
         panels.note(enlarged, "no complete slip")
         return figure
-    _draw_event(axes, enlarged, series, chain, event)
+    _draw_event(axes, enlarged, series, io.chain(series), event)
     axes.legend(loc="lower left")
     return figure
 
@@ -85,15 +82,15 @@ def _choose_event(series):
     """First slip complete in the series and the stick before, of the last block that has one."""
     events, time = series.arrays["events"], series.arrays["time"]
     for block in range(int(series.attributes["n_blocks"]), 0, -1):
-        begin = time[0] if time.size else np.nan
-        start = None
+        begin, start = time[0] if time.size else np.nan, None
         for event in events[events["block"] == block]:
             if event["kind"] == "slip":
                 start = event["time"]
                 continue
-            if start is not None and _sampled(time, begin, start) and start < event["time"]:
-                return Event(block, float(begin), float(start), float(event["time"]))
-            begin, start = event["time"], None
+            stop = event["time"]
+            if start is not None and _sampled(time, begin, start) and _sampled(time, start, stop):
+                return Event(block, begin, start, stop)
+            begin, start = stop, None
     return None
 
 
@@ -118,12 +115,11 @@ def _draw_event(axes, enlarged, series, chain, event):
     ):
         axes.plot(external[phase], friction[phase], label=label, rasterized=True, **look)
     _draw_noise(enlarged, external[slips], friction[slips], chain)
-    if stuck.any() and slips.any():
-        kinetic = float(np.mean(friction[slips]))
-        first, last = external[np.flatnonzero(slips)[[0, -1]]]
-        _sudden_change(axes, (first, friction[stuck][-1]), (first, kinetic))
-        _sudden_change(axes, (last, kinetic), (last, -last))
-        axes.plot([], [], "--", color=style.GREY, linewidth=1.6, label="sudden change")
+    kinetic = float(np.mean(friction[slips]))
+    first, last = external[slips][[0, -1]]
+    _sudden_change(axes, (first, friction[stuck][-1]), (first, kinetic))
+    _sudden_change(axes, (last, kinetic), (last, -last))
+    axes.plot([], [], "--", color=style.GREY, linewidth=1.6, label="sudden change")
     axes.margins(0.08)
     axes.autoscale_view()
     _draw_level(axes, chain.static_friction, "$F_{st_0}$")
@@ -138,8 +134,7 @@ def _draw_noise(axes, external, friction, chain):
     axes.axhline(kinetic, color="0.5", linewidth=0.8, linestyle=":", zorder=3)
     axes.axhspan(kinetic - deviation, kinetic + deviation, color="0.88", linewidth=0, zorder=0)
     axes.plot(external, friction, color=style.VERMILION, linewidth=0.5, rasterized=True)
-    words = f"measured {np.std(friction):.2f}, $f_s \\sigma$ = {deviation:.2f}"
-    panels.remark(axes, words if friction.size else "no sample of the slip")
+    panels.remark(axes, f"measured {np.std(friction):.2f}, $f_s \\sigma$ = {deviation:.2f}")
 
 
 def _draw_level(axes, level, text):

@@ -55,24 +55,17 @@ _ROUNDING = 1e-9  # errors below come from rounding, not from the step
 
 def errors_of_runs(tested, reference, n_blocks, belt_velocity, after_events):
     """Time steps (S,), and errors (R, S) of runs from the same starts as those of the reference."""
-    finest = reference["time_step"] == reference["time_step"].min()
-    true_run = {
-        int(reference["replicate"][row]): row
-        for row in np.flatnonzero(finest & _at(reference, n_blocks, belt_velocity))
-    }
+    finest = _at(reference, n_blocks, belt_velocity)
+    finest &= reference["time_step"] == reference["time_step"].min()
+    true_rows = dict(zip(reference["replicate"][finest], np.flatnonzero(finest), strict=True))
     at = _at(tested, n_blocks, belt_velocity)
     require(at.any(), f"no paths with N = {n_blocks}, u = {belt_velocity:g}")
     steps = np.unique(tested["time_step"][at])
-    errors = np.array(
-        [
-            [
-                _error_after(after_events, tested, row, reference, true_run[replicate])
-                for row in np.flatnonzero(at & (tested["time_step"] == step))
-                if (replicate := int(tested["replicate"][row])) in true_run
-            ]
-            for step in steps
-        ]
-    ).T
+    errors = np.full((len(true_rows), steps.size), np.nan)
+    for number, (replicate, true_row) in enumerate(true_rows.items()):
+        for row in np.flatnonzero(at & (tested["replicate"] == replicate)):
+            error = _error_after(after_events, tested, row, reference, true_row)
+            errors[number, steps == tested["time_step"][row]] = error
     errors = errors[np.isfinite(errors).all(axis=1)]
     require(len(errors) >= 4, f"{len(errors)} starts with so many events, 4 are needed")
     return steps, errors
@@ -85,15 +78,12 @@ def _at(runs, n_blocks, belt_velocity):
 def _error_after(n_events, tested, row, reference, true_row) -> float:
     """Largest distance of any block, at the first sample after so many events of the reference."""
     events = reference["events"]
-    instants = np.sort(events["time"][events["point"] == true_row])
-    if n_events > instants.size:
+    instants = np.sort(events["time"][events["point"] == true_row])[n_events - 1 : n_events]
+    sample = np.searchsorted(reference["time"], instants, side="right")
+    if not sample.size or sample[0] == reference["time"].size:
         return np.nan
-    sample = np.searchsorted(reference["time"], instants[n_events - 1], side="right")
-    if sample == reference["time"].size:
-        return np.nan
-    n_blocks = tested["n_blocks"][row]
-    places = tested["positions"][row, sample], reference["positions"][true_row, sample]
-    return float(np.abs(places[0] - places[1])[:n_blocks].max())
+    distance = tested["positions"][row, sample[0]] - reference["positions"][true_row, sample[0]]
+    return float(np.abs(distance)[: tested["n_blocks"][row]].max())
 
 
 def root_mean_square(errors: np.ndarray) -> np.ndarray:

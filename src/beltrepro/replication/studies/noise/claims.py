@@ -8,14 +8,15 @@ from beltrepro.base.errors import require
 from beltrepro.model.units import to_si
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.criteria import Measurement
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.replication.verdicts.motions import N_BLOCKS
 from beltrepro.stats.estimates import absent, difference, mean, ratio, share_of, slope
 
-N_BLOCKS = 5
 RUNS = "n5_replicates"
 # Where the runs without noise are from. Those with noise are by the exact dynamics in both: there
 # the integrators agree (see method-independence).
-QUIET = {"the paper's scheme": "n5_replicates_check", "exact dynamics": RUNS}
+QUIET = {SCHEME: "n5_replicates_check", EXACT: RUNS}
 # Near the fall runs with weak noise leave the chaotic branch after up to 1e5, and u_c of shorter
 # ones lies too high: by 2 at sigma = 1 after 2e4.
 SETTLED = 1e5
@@ -23,103 +24,81 @@ WEAKEST = 0.3  # noise at u = 7 at which the motion is still periodic
 CHAOTIC = (1.0, 2.2)  # and at which it is chaotic
 
 
-def _by_dynamics(reading, evidence):
-    """Two readings: without noise the paper's scheme, or the exact dynamics as with noise."""
-    return {name: partial(reading, evidence, scan) for name, scan in QUIET.items()}
+def _row(evidence, noise, quiet=RUNS):
+    """The row of independent runs at a noise; those without noise are of a scan of their own."""
+    return evidence.replicates(N_BLOCKS, noise, scan=RUNS if noise else quiet)
 
 
 def _rows(evidence, quiet):
-    """Rows of independent runs by noise level; those without noise are of a scan of their own."""
-    return {
-        float(level): evidence.replicates(N_BLOCKS, float(level), scan=RUNS if level else quiet)
-        for level in evidence.values(RUNS, "noise")
-    }
+    """Rows of all noise levels, of which those of the statements are there."""
+    levels = map(float, evidence.values(RUNS, "noise"))
+    rows = {level: _row(evidence, level, quiet) for level in levels}
+    require({0.0, 1.0, 2.2} <= rows.keys(), "no runs at sigma = 0, 1 and 2.2")
+    return rows
 
 
 # --- Figs. 13 and 14 ------------------------------------------------------------------------------
 
 
-@claim("sigma1-transition")
-def sigma1_transition(evidence):
+@claim("sigma1-transition", QUIET)
+def sigma1_transition(evidence, quiet_scan):
     """Transition, windows and scatter of r at sigma = 1 against sigma = 0."""
-    return _by_dynamics(_weak_noise, evidence)
-
-
-def _weak_noise(evidence, scan):
-    quiet = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
-    noisy = evidence.replicates(N_BLOCKS, 1.0, scan=RUNS)
+    quiet, noisy = _row(evidence, 0.0, quiet_scan), _row(evidence, 1.0)
+    before, after = quiet.fall["critical"], noisy.fall["critical"]
     return Measurement(
         {
-            "u_c(1) - u_c(0)": difference(noisy.fall["critical"], quiet.fall["critical"]),
+            "u_c(1) - u_c(0)": difference(after, before),
             "windows at 1": measure.share_in_windows(noisy, noisy),
             "scatter of r, 1 over 0": measure.scatter_ratio(noisy, quiet),
         },
-        {"u_c(0)": quiet.fall["critical"], "u_c(1)": noisy.fall["critical"]},
+        {"u_c(0)": before, "u_c(1)": after},
     )
 
 
-@claim("uc-of-sigma")
-def uc_of_sigma(evidence):
+@claim("uc-of-sigma", QUIET)
+def uc_of_sigma(evidence, quiet):
     """Critical velocity of every noise level at which r has a transition."""
-    return _by_dynamics(_critical_velocities, evidence)
-
-
-def _critical_velocities(evidence, quiet):
-    transient = evidence.replicates(N_BLOCKS, 1.0, scan=RUNS).transient
+    transient = _row(evidence, 1.0).transient
     require(
         transient >= SETTLED,
         f"{RUNS} discards a transient of {transient:g}; near the fall {SETTLED:g} is the least",
     )
     critical = {level: row.fall["critical"] for level, row in _rows(evidence, quiet).items()}
-    require({0.0, 1.0, 2.2} <= critical.keys(), "no runs at sigma = 0, 1 and 2.2")
-    steps = {"2.2) - u_c(0": (2.2, 0.0), "1) - u_c(0": (1.0, 0.0), "2.2) - u_c(1": (2.2, 1.0)}
-    return Measurement(
-        {
-            f"u_c({name})": difference(critical[upper], critical[lower])
-            for name, (upper, lower) in steps.items()
-        },
-        {f"u_c({level:g})": estimate for level, estimate in critical.items()},
-    )
+    changes = {
+        f"u_c({upper:g}) - u_c({lower:g})": difference(critical[upper], critical[lower])
+        for upper, lower in ((2.2, 0.0), (1.0, 0.0), (2.2, 1.0))
+    }
+    return Measurement(changes, {f"u_c({level:g})": of for level, of in critical.items()})
 
 
 @claim("uc-sigma22")
 def uc_sigma22(evidence):
     """Critical velocity at sigma = 2.2, in model units and m/s."""
-    fall = evidence.replicates(N_BLOCKS, 2.2, scan=RUNS).fall
+    fall = _row(evidence, 2.2).fall
     in_si = fall["critical"].scaled(float(to_si(1.0, "velocity")))
     edges = {f"{edge} edge": fall[edge] for edge in ("lower", "upper")}
     return Measurement({"u_c": fall["critical"]}, {"u_c_m_s": in_si, **edges})
 
 
-@claim("windows-vanish")
-def windows_vanish(evidence):
+@claim("windows-vanish", QUIET)
+def windows_vanish(evidence, quiet):
     """Share of runs in periodic windows against noise."""
-    return _by_dynamics(_windows, evidence)
-
-
-def _windows(evidence, quiet):
     rows = _rows(evidence, quiet)
-    require({0.0, 1.0, 2.2} <= rows.keys(), "no runs at sigma = 0, 1 and 2.2")
-    return Measurement(
-        {
-            f"at sigma = {level:g}": measure.share_in_windows(row, rows[1.0])
-            for level, row in rows.items()
-        }
-    )
+    shares = {level: measure.share_in_windows(row, rows[1.0]) for level, row in rows.items()}
+    return Measurement({f"at sigma = {level:g}": share for level, share in shares.items()})
 
 
-@claim("sigma-c-u7")
+@claim("sigma-c-u7", "rise of r")
 def sigma_c_u7(evidence):
-    """Noise at which r(sigma) at u = 7 has risen half way, and the exponents on both sides."""
+    """Noise at which r(sigma) at u = 7 has risen half way."""
     column = evidence.column("n5_u7", N_BLOCKS, 7.0)
     rise = measure.rise(column.noise, column.disorder)
-    return {
-        "rise of r": partial(Measurement, {"sigma_c": rise["critical"]}, {"width": rise["width"]}),
-        "rise of r, and exponents": partial(_noise_induced_chaos, evidence, rise),
-    }
+    return Measurement({"sigma_c": rise["critical"]}, {"width": rise["width"]})
 
 
-def _noise_induced_chaos(evidence, rise):
+@claim("sigma-c-u7", "rise of r, and exponents")
+def noise_induced_chaos(evidence):
+    """The same, and the exponents on both sides."""
     exponents = _exponents(evidence, "noisy_motion")
     weakest = min(exponents)
     require(weakest <= WEAKEST, f"no exponents at sigma <= {WEAKEST:g}")
@@ -128,7 +107,7 @@ def _noise_induced_chaos(evidence, rise):
     after_rest = _exponents(evidence, "noisy_motion_rest").values()
     return Measurement(
         {
-            "sigma_c": rise["critical"],
+            **sigma_c_u7(evidence).judged,
             "exponent at the weakest noise": exponents[weakest],
             "lowest exponent from sigma = 1 to 2.2": min(beyond, key=lambda e: e.low),
             "lowest exponent, clock of the rest": min(after_rest, key=lambda e: e.low),
@@ -153,28 +132,29 @@ def _exponents(evidence, dataset):
 def r_of_sigma(evidence):
     """Rise of r with noise at fixed u >= 20."""
     velocities = evidence.values("n5_columns", "belt_velocity")
-    columns = {
-        float(u): evidence.column("n5_columns", N_BLOCKS, float(u))
-        for u in velocities[velocities >= 20 - 1e-9]
-    }
-    rises = {u: measure.rise(column.noise, column.disorder) for u, column in columns.items()}
+    rises = {}
+    for u in map(float, velocities[velocities >= 20 - 1e-9]):
+        column = evidence.column("n5_columns", N_BLOCKS, u)
+        rises[u] = measure.rise(column.noise, column.disorder)
     clear = {u: rise for u, rise in rises.items() if np.isfinite(rise["width"].numbers).all()}
     require(len(clear) >= 3, f"r rises in {len(clear)} of {len(rises)} columns, not 3")
-    return Measurement(
-        {"least rise": min((rise["contrast"] for rise in rises.values()), key=lambda e: e.value)}
-        | {
-            f"slope of the {name} over u": slope(list(clear), [r[key] for r in clear.values()])
-            for name, key in (("position", "critical"), ("width", "width"))
-        },
-        {f"sigma_c at u = {u:g}": rise["critical"] for u, rise in rises.items()}
-        | {f"width at u = {u:g}": rise["width"] for u, rise in rises.items()},
-    )
+    judged = {"least rise": min((rise["contrast"] for rise in rises.values()), key=_value)}
+    for name, key in (("position", "critical"), ("width", "width")):
+        points = [rise[key] for rise in clear.values()]
+        judged[f"slope of the {name} over u"] = slope(list(clear), points)
+    also = {f"sigma_c at u = {u:g}": rise["critical"] for u, rise in rises.items()}
+    also |= {f"width at u = {u:g}": rise["width"] for u, rise in rises.items()}
+    return Measurement(judged, also)
+
+
+def _value(estimate):
+    return estimate.value
 
 
 @claim("natural-distribution")
 def natural_distribution(evidence):
     """Windows, width of the transition, and spread of v_N at three noise levels."""
-    rows = {noise: evidence.replicates(N_BLOCKS, noise, scan=RUNS) for noise in (1.0, 5.0)}
+    rows = {noise: _row(evidence, noise) for noise in (1.0, 5.0)}
     width = {noise: row.fall["width"] for noise, row in rows.items()}
     strong = evidence.row(N_BLOCKS, 10.0, scan="n5_rows")
     return Measurement(
@@ -192,21 +172,18 @@ def r_map(evidence):
     """Agreement of the map with independent runs, and its plateaus."""
     table = evidence.table("n5_map")
     u, disorder, weak = table.belt_velocity, table.disorder, table.noise <= 2
-    require((u <= 15).any() and (weak & (u >= 25)).any(), "no points at u <= 15 or u >= 25")
-    chaotic = [
-        share_of(disorder[(u <= 15) & (table.noise == level)] > 0.1)
-        for level in np.unique(table.noise)
-    ]
-    last = weak & (u >= 42)
-    large = share_of(disorder[last] > 0.1) if last.any() else absent()
-    beyond = {"r > 0.1 at u >= 42, sigma <= 2": large}
+    low, high, last = u <= 15, weak & (u >= 25), weak & (u >= 42)
+    require(low.any() and high.any(), "no points at u <= 15 or u >= 25")
+    beyond = share_of(disorder[last] > 0.1) if last.any() else absent()
+    levels = np.unique(table.noise)
+    chaotic = [share_of(disorder[low & (table.noise == level)] > 0.1) for level in levels]
     return Measurement(
         {
             "difference from independent runs": measure.distance(table, evidence.table(RUNS)),
-            "r > 0.1 at u <= 15, least share": min(chaotic, key=lambda e: e.value),
-            "r < 0.05 at u >= 25, sigma <= 2": share_of(disorder[weak & (u >= 25)] < 0.05),
+            "r > 0.1 at u <= 15, least share": min(chaotic, key=_value),
+            "r < 0.05 at u >= 25, sigma <= 2": share_of(disorder[high] < 0.05),
         },
-        beyond,
+        {"r > 0.1 at u >= 42, sigma <= 2": beyond},
     )
 
 
@@ -229,15 +206,11 @@ def noise_time_step(evidence):
 # --- intermittency --------------------------------------------------------------------------------
 
 
-@claim("intermittency")
-def intermittency(evidence):
+@claim("intermittency", QUIET)
+def intermittency(evidence, quiet):
     """Laminar phases at u = 17.5 and sigma = 2.2, and none without noise."""
-    return _by_dynamics(_in_runs, evidence)
-
-
-def _in_runs(evidence, quiet):
     places = evidence.claim.parameters
-    row = evidence.replicates(N_BLOCKS, places["noise"], scan=RUNS)
+    row, middle = _row(evidence, places["noise"]), places["middle"]
 
     def alternating(u):
         here = row.between(u, u)
@@ -247,8 +220,8 @@ def _in_runs(evidence, quiet):
     return Measurement(
         {
             "alternating": alternating(places["belt_velocity"]),
-            f"alternating, u = {places['middle']:g}": alternating(places["middle"]),
-            "intermittent without noise": measure.share_without_noise(evidence, quiet),
+            f"alternating, u = {middle:g}": alternating(middle),
+            "intermittent without noise": measure.share_without_noise(_row(evidence, 0.0, quiet)),
         }
     )
 

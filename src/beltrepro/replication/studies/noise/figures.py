@@ -1,12 +1,14 @@
 """Figs. 13 to 18: noise and the transition, and intermittency."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.colors import BoundaryNorm, LogNorm
 
-from beltrepro.replication.drawing import alternation, marks, panels, replicate_panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.ledger import printed
+from beltrepro.replication.verdicts.motions import N_BLOCKS
 from beltrepro.stats import intermittency, sections
 
 FIGURES = {
@@ -29,40 +31,30 @@ LEFT_OUT = (0.25, 0.5)  # levels at which nothing differs from those beside them
 @panels.draws(FIGURES)
 def fig13(data):
     """a: r(u) of single runs of five blocks, for each noise; b: r of independent runs."""
-    figure = style.page(4.2)
-    axes = figure.subplots(2, 1, sharey=True)
-    noises = sorted({s for name in ("n5_replicates", "n5_rows") for s in _levels(data[name])})
-    for panel, mark, name in zip(axes, "ab", ("n5_rows", "n5_replicates"), strict=True):
-        panels.letter(panel, mark)
+    names = ("n5_rows", "n5_replicates")
+    figure, grid = panels.page(4.2, "a;b", sharey=True)
+    noises = sorted({noise for name in names for noise in _levels(data[name])})
+    for axes, name in zip(grid, names, strict=True):
         for scan, _ in panels.layers(data, name):
             for noise in _levels(scan):
-                row = sections.rows(scan, n_blocks=5, noise=noise)
+                row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
                 scheme = panels.METHODS["verlet"]
                 overlay = scheme if (row["method"].astype(str) == "verlet").all() else ""
                 points = row["belt_velocity"], row["disorder_parameter"]
-                draw_row = _single_runs if mark == "a" else _replicates
-                draw_row(panel, points, noise, noises.index(noise), overlay)
-        panels.finish_curves(panel, xlabel=panels.BELT_VELOCITY)
-    _printed(axes[0])
-    axes[0].set_xlim(left=0)
+                index, label = noises.index(noise), rf"$\sigma = {noise:g}$"
+                if name == "n5_rows":
+                    panels.single_runs(axes, *points, index, label=label, overlay=overlay)
+                elif overlay:
+                    colour = style.line_style(index)["color"]
+                    panels.crosses(axes, *points, colour, overlay)
+                else:
+                    # Without noise several branches coexist at most u.
+                    alone = {} if noise else {"linestyle": "none", "apart": 0.0}
+                    panels.draw_runs(axes, *points, index, label=label, **alone)
+        panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY)
+    _printed(grid[0])
+    grid[0].set_xlim(left=0)
     return figure
-
-
-def _replicates(axes, points, noise, index, overlay):
-    """Runs, and their means with noise; crosses for the paper's scheme."""
-    colour = style.line_style(index)["color"]
-    if overlay:
-        replicate_panels.crosses(axes, *points, colour, overlay)
-    else:
-        # Without noise several branches coexist at most u.
-        alone = {} if noise else {"linestyle": "none", "apart": 0.0}
-        label = rf"$\sigma = {noise:g}$"
-        replicate_panels.draw_runs(axes, *points, index, label=label, **alone)
-
-
-def _single_runs(axes, points, noise, index, overlay):
-    label = rf"$\sigma = {noise:g}$"
-    panels.single_runs(axes, *points, index, label=label, overlay=overlay)
 
 
 def _printed(axes):
@@ -93,33 +85,27 @@ def fig14(data):
     """a: v_N at the section against u, a strip for each noise; b: r(sigma) at u = 7."""
     figure = style.page(6.4)
     upper, lower = figure.add_gridspec(2, 1, height_ratios=(2.2, 1))
-    _strips(upper, data["n5_rows"])
-    below = figure.add_subplot(lower)
-    panels.letter(below, "b")
-    _column(below, data["n5_u7"])
-    return figure
-
-
-def _strips(place, scan):
-    """Bifurcation diagrams below each other, the weakest noise at the top."""
-    levels = panels.levels(scan, "noise")
-    rows = place.subgridspec(max(levels.size, 1), 1)
+    levels = panels.levels(data["n5_rows"], "noise")
+    rows = upper.subgridspec(max(levels.size, 1), 1)
     strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
-    panels.letter(strips[0], "a")
     for axes, noise in zip(strips, levels, strict=False):
-        row = sections.rows(scan, n_blocks=5, noise=noise)
+        row = sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
         panels.band_diagram(axes, row, size=1.3)
         panels.finish_diagram(axes)
         panels.remark(axes, rf"$\sigma = {noise:g}$")
         axes.set_ylabel(panels.VELOCITY)
     strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
+    below = figure.add_subplot(lower)
+    panels.letters(strips[0], below)
+    _column(below, data["n5_u7"])
+    return figure
 
 
 def _column(axes, scan):
     """r(sigma) at one belt velocity, with the noise at which it rises, here and in the paper."""
-    column = sections.columns(scan, n_blocks=5, belt_velocity=BELT_VELOCITY)
+    column = sections.columns(scan, n_blocks=N_BLOCKS, belt_velocity=BELT_VELOCITY)
     noise, disorder = column["noise"], column["disorder_parameter"]
-    replicate_panels.draw_runs(axes, noise, disorder, 0)
+    panels.draw_runs(axes, noise, disorder, 0)
     panels.finish_curves(axes, xlabel=panels.NOISE)
     words, critical = f"$u = {BELT_VELOCITY:g}$", np.nan
     with panels.shortage_on(axes, place=(0.5, 0.25)):
@@ -127,12 +113,12 @@ def _column(axes, scan):
         if np.isfinite(critical):
             line = axes.axvline(critical, color=style.VERMILION, linestyle="--", zorder=0)
             words += rf": $\sigma_c = {critical:.2f}$"
-            marks.shown(line, "sigma-c-u7", "sigma_c")
+            panels.shows(line, "sigma-c-u7", "sigma_c")
     value = printed("sigma-c-u7")
     axes.axvline(value, color=style.BLACK, linestyle=":", zorder=0)
     text = panels.remark(axes, f"{words} (dashed), paper: {value} (dotted)")
     if np.isfinite(critical):
-        marks.shown(text, "sigma-c-u7", "sigma_c")
+        panels.shows(text, "sigma-c-u7", "sigma_c")
 
 
 # --- Fig. 15: r rises with noise ------------------------------------------------------------------
@@ -145,8 +131,8 @@ def fig15(data):
     """r(sigma) of five blocks: a run at each point, and all runs, a panel for each u."""
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
     figure = style.page(4.6)
-    places = {(5, u): f"$u = {u:g}$" for u in velocities}
-    for axes in replicate_panels.against_noise(figure, data, "n5_columns", places, across=3):
+    places = {(N_BLOCKS, u): f"$u = {u:g}$" for u in velocities}
+    for axes in panels.against_noise(figure, data, "n5_columns", places, across=3):
         axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
     return figure
 
@@ -162,28 +148,24 @@ def fig16(data):
     """a, b: x_N(t); c, d: spectra after the transient; e: share of laminar phases against u."""
     scan = data["n5_replicates"]
     laminar_time = scan.attributes["laminar_time"]
-    figure = style.page(5.2)
-    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"], ["e", "e"]])
-    for mark, axes in places.items():
-        panels.letter(axes, mark)
-    below = places["e"]
-    for mark, spectrum, name in (("a", "c", "u17"), ("b", "d", "u19")):
+    figure, (*traces, left, right, below) = panels.page(5.2, "aa;bb;cd;ee")
+    for axes, spectrum, name in zip(traces, (left, right), ("u17", "u19"), strict=True):
         series = data[name]
-        window = alternation.half_laminar(series, laminar_time, SHOWN)
-        alternation.trace(places[mark], series, laminar_time, window)
-        places[mark].set_xlabel(panels.TIME)
-        places[mark].locator_params(axis="x", nbins=5)
-        panels.spectrum(places[spectrum], series)
+        window = panels.half_laminar(series, laminar_time, SHOWN)
+        panels.laminar_trace(axes, series, laminar_time, window)
+        axes.set_xlabel(panels.TIME)
+        axes.locator_params(axis="x", nbins=5)
+        panels.spectrum(spectrum, series)
         velocity = series.attributes["belt_velocity"]
-        panels.remark(places[spectrum], f"$u = {velocity:g}$")
+        panels.remark(spectrum, f"$u = {velocity:g}$")
         below.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
     noise = data["u17"].attributes["noise"]
-    row = sections.rows(scan, n_blocks=5, noise=noise)
+    row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
     share = row["belt_velocity"], row["laminar_fraction"]
-    replicate_panels.draw_runs(below, *share, 0, apart=np.inf)
+    panels.draw_runs(below, *share, 0, apart=np.inf)
     below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
     below.set_xlim(*VELOCITIES)
-    if not below.has_data() or not row["noise"].size:
+    if not row["noise"].size:
         panels.note(below, "no run at this noise")
     panels.remark(below, rf"$\sigma = {noise:g}$")
     return figure
@@ -200,10 +182,9 @@ DECADES = 3  # range of the colours below the largest density, at most
 @panels.draws(FIGURES)
 def fig17(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
-    rows = {s: sections.rows(data["n5_rows"], n_blocks=5, noise=s) for s in NOISES}
+    rows = {s: sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=s) for s in NOISES}
     span = _span(rows.values())
-    figure = style.page(4.0)
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    figure, grid = panels.page(4.0, "ab;cd", sharex=True, sharey=True)
     maps = {
         noise: measure.velocity_density(row, bins=BINS, range=span)
         for noise, row in rows.items()
@@ -211,26 +192,22 @@ def fig17(data):
     }
     norm, extend = _colours([density for _, _, density in maps.values()])
     image = None
-    for axes, mark, noise in zip(grid.flat, "abcd", NOISES, strict=True):
-        panels.letter(axes, mark)
+    for axes, noise in zip(grid, NOISES, strict=True):
         axes.set_title(rf"$\sigma = {noise:g}$")
         if noise not in maps:
             panels.note(axes, "no crossing of the section at this noise in this scan")
             continue
-        u_edges, v_edges, share = maps[noise]
+        *places, share = maps[noise]
         axes.set_facecolor("0.93")
-        image = axes.pcolormesh(
-            u_edges, v_edges, np.where(share > 0, share, np.nan), norm=norm, rasterized=True
-        )
+        share = np.where(share > 0, share, np.nan)
+        image = axes.pcolormesh(*places, share, norm=norm, rasterized=True)
         _marks(axes, rows[noise], span)
-    for axes in grid[-1]:
-        axes.set_xlabel(panels.BELT_VELOCITY)
-    for axes in grid[:, 0]:
-        axes.set_ylabel(panels.VELOCITY)
+    for axes in grid:
+        axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
+        axes.label_outer()
     if image is not None:
-        bar = figure.colorbar(
-            image, ax=grid, pad=0.02, aspect=40, extend=extend, location="bottom", format="%g"
-        )
+        look = {"pad": 0.02, "aspect": 40, "location": "bottom", "format": "%g"}
+        bar = figure.colorbar(image, ax=grid, extend=extend, **look)
         bar.minorticks_off()
         bar.set_label("density of $v_N$ at given $u$")
     return figure
@@ -275,34 +252,24 @@ UNSHOWN = (0.5,)  # noise at which b shows what it shows at 0 and 1
 def fig18(data):
     """a: r over the plane (u, sigma), dots where `intermittent_mask` holds; b: laminar shares."""
     points = data["n5_map"].arrays
-    points = sections.select(points, points["n_blocks"] == 5)
-    figure = style.page(4.6)
-    above, below = figure.subplots(2, 1, height_ratios=(1.7, 1))
-    panels.letter(above, "a")
+    measured = (points["n_blocks"] == N_BLOCKS) & np.isfinite(points["disorder_parameter"])
+    points = sections.select(points, measured)
+    figure, (above, below) = panels.page(4.6, "a;b", height_ratios=(1.7, 1))
     above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
     if points["noise"].size:
-        _map(figure, above, points)
+        columns = {name: points[name] for name in ("noise", "belt_velocity", "disorder_parameter")}
+        table = pd.DataFrame(columns).pivot_table(
+            "disorder_parameter", "noise", "belt_velocity", aggfunc="median"
+        )
+        levels = STEP * np.arange(np.ceil(table.max().max() / STEP - 1e-9) + 1)
+        look = {"cmap": "viridis", "norm": BoundaryNorm(levels, 256), "rasterized": True}
+        image = above.pcolormesh(table.columns, table.index, table, **look)
+        figure.colorbar(image, ax=above, pad=0.01, label=panels.DISORDER)
         _dots(above, points)
     else:
         panels.note(above, "no points in this scan")
-    panels.letter(below, "b")
     _shares(below, data["n5_replicates"])
     return figure
-
-
-def _map(figure, axes, points):
-    velocities, noises, disorder = _table(points)
-    highest = np.nanmax(disorder) if np.isfinite(disorder).any() else STEP
-    levels = STEP * np.arange(np.ceil(highest / STEP - 1e-9) + 1)
-    image = axes.pcolormesh(
-        measure.cell_edges(velocities),
-        measure.cell_edges(noises),
-        disorder,
-        cmap="viridis",
-        norm=BoundaryNorm(levels, 256),
-        rasterized=True,
-    )
-    figure.colorbar(image, ax=axes, pad=0.01, label=panels.DISORDER)
 
 
 def _dots(axes, points):
@@ -325,28 +292,17 @@ def _dots(axes, points):
 def _shares(axes, scan):
     noises = [noise for noise in panels.levels(scan, "noise") if noise not in UNSHOWN]
     for index, noise in enumerate(noises):
-        row = sections.rows(scan, n_blocks=5, noise=noise)
+        row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
         share = row["belt_velocity"], row["laminar_fraction"]
         label = rf"$\sigma = {noise:g}$"
         spread = sections.spread(*share)
         # runs that keep to one of both motions have a mean, but no motion has it
         agree = np.all(spread.high - spread.low <= _ONE_MOTION)
         look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
-        replicate_panels.draw_runs(axes, *share, index, label=label, **look)
+        panels.draw_runs(axes, *share, index, label=label, **look)
     for limit in intermittency.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
     panels.legend_above(axes)
     if not noises:
         panels.note(axes, "no run with five blocks")
-
-
-def _table(points):
-    """(u (U,), sigma (S,), r (S, U)): median over replicates, NaN where the map has no point."""
-    velocities, column = np.unique(points["belt_velocity"], return_inverse=True)
-    noises, line = np.unique(points["noise"], return_inverse=True)
-    disorder = np.full((noises.size, velocities.size), np.nan)
-    cell = line * velocities.size + column
-    for place in np.unique(cell):
-        disorder.flat[place] = np.median(points["disorder_parameter"][cell == place])
-    return velocities, noises, disorder

@@ -10,18 +10,8 @@ from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
-from beltrepro.stats import sections, transition
-from beltrepro.stats.estimates import (
-    CONFIDENCE,
-    Estimate,
-    bootstrap,
-    difference,
-    exponential,
-    mean,
-    ratio,
-    share,
-    share_of,
-)
+from beltrepro.stats import estimates, sections, transition
+from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
 from beltrepro.stats.intermittency import intermittent_mask
 from beltrepro.stats.lines import LEAST_PEAKS, SEGMENT_S, lines, spacing
 
@@ -35,26 +25,19 @@ def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
 def velocity_density(
     row: Mapping[str, np.ndarray], *, bins: int, range: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Density of the section velocities of a row, each column normalised to 1 over v."""
-    belt_velocity, place = np.unique(row["belt_velocity"], return_inverse=True)
-    vcell_edges = np.linspace(*range, bins + 1)
-    density = np.full((bins, belt_velocity.size), np.nan)
-    velocities = np.asarray(row["section_velocity"], dtype=float)
-    for column in np.arange(belt_velocity.size):
-        values = velocities[place == column].ravel()
-        count, _ = np.histogram(values[np.isfinite(values)], vcell_edges)
-        if count.sum():
-            density[:, column] = count / (count.sum() * np.diff(vcell_edges))
-    return cell_edges(belt_velocity), vcell_edges, density
+    """u, the middles of bins of v_N, and the density of v_N at the section in these at each u."""
+    places, place = np.unique(row["belt_velocity"], return_inverse=True)
+    edges = np.linspace(*range, bins + 1)
+    density = np.full((bins, places.size), np.nan)
+    for column in np.arange(places.size):
+        values = row["section_velocity"][place == column]
+        values = values[np.isfinite(values)]
+        if values.size:
+            density[:, column], _ = np.histogram(values, edges, density=True)
+    return places, (edges[1:] + edges[:-1]) / 2, density
 
 
-def cell_edges(centres: np.ndarray) -> np.ndarray:
-    """Borders of cells around grid values."""
-    if centres.size < 2:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5]) if centres.size else np.zeros(1)
-    middle = (centres[1:] + centres[:-1]) / 2
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
-
+# --- how r and the section velocities scatter -----------------------------------------------------
 
 RANGE = (3.0, 15.0)
 LEAST_RUNS = 6
@@ -78,7 +61,7 @@ def spread_ratio(row: Cut) -> Estimate:
     span = float(np.nanmin(row.velocities)), float(np.nanmax(row.velocities))
     high = _filled(row.velocities[row.belt_velocity > 25], span)
     low = _filled(row.velocities[row.between(*RANGE)], span)
-    return bootstrap(lambda high, low: np.median(high) / np.median(low), [high, low])
+    return estimates.bootstrap(lambda high, low: np.median(high) / np.median(low), [high, low])
 
 
 def _filled(velocities: np.ndarray, span: tuple[float, float]) -> np.ndarray:
@@ -87,9 +70,8 @@ def _filled(velocities: np.ndarray, span: tuple[float, float]) -> np.ndarray:
     for of_run in velocities:
         with contextlib.suppress(NotEnoughDataError):
             shares.append(sections.occupied_share(of_run, range=span))
-    require(
-        len(shares) >= LEAST_RUNS, f"{len(shares)} runs cross the section, {LEAST_RUNS} are needed"
-    )
+    count = f"{len(shares)} runs cross the section"
+    require(len(shares) >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
     return np.array(shares)
 
 
@@ -100,7 +82,7 @@ def scatter_ratio(first: Cut, second: Cut) -> Estimate:
     def statistic(*runs: np.ndarray) -> float:
         return _scatter(one, runs[: len(one)]) / _scatter(other, runs[len(one) :])
 
-    return bootstrap(statistic, [*one.values(), *other.values()])
+    return estimates.bootstrap(statistic, [*one.values(), *other.values()])
 
 
 def _runs_by_velocity(row: Cut) -> dict[float, np.ndarray]:
@@ -125,14 +107,14 @@ def distance(table: Cut, runs: Cut) -> Estimate:
         if noise > 0 and here.any():  # without noise the map is by another integrator
             distances.append(abs(np.log(disorder / runs.disorder[here].mean())))
     require(len(distances) >= LEAST_SHARED, f"{len(distances)} points shared, not {LEAST_SHARED}")
-    return bootstrap(np.median, [np.array(distances)])
+    return estimates.bootstrap(np.median, [np.array(distances)])
 
 
 def typical_disorder(table: Cut, noise: float, time_step: float) -> Estimate:
     """Geometric mean of r over the runs, which has no interval below zero."""
     here = np.isclose(table.noise, noise) & np.isclose(table.points["time_step"], time_step)
     require(here.any(), f"no runs with sigma = {noise:g}, dt = {time_step:g}")
-    return exponential(mean(np.log(table.disorder[here])))
+    return estimates.exponential(estimates.mean(np.log(table.disorder[here])))
 
 
 # --- laminar and chaotic phases: in which runs, with which spectra, and where in the map ----------
@@ -148,9 +130,8 @@ def lasting(row):
     return intermittent_mask(row.points) & (row.points["last_stick_time"] >= last_half)
 
 
-def share_without_noise(evidence, scan):
-    """Share of the runs of five blocks without noise near the transition that are intermittent."""
-    row = evidence.replicates(5, 0.0, scan=scan)
+def share_without_noise(row):
+    """Share of the runs of a row without noise near the transition that are intermittent."""
     near = row.between(*LIKELY)
     require(near.any(), f"no runs at {LIKELY[0]:g} <= u <= {LIKELY[1]:g} without noise")
     return share_of(lasting(row)[near])
@@ -169,18 +150,19 @@ def spectra(evidence, *names):
         chaotic += _spectra(run, np.column_stack([phases[:-1, 1], phases[1:, 0]]))
     fewest = min(len(laminar), len(chaotic))
     require(fewest >= 2, f"{fewest} phases of {STRETCH_S:g} s or more, 2 are needed")
-    flat, rough = (mean([s.flatness for s in stretches]) for stretches in (chaotic, laminar))
-    return Measurement(
-        {
-            "peaks at equal distances, laminar": _share_with_lines(laminar),
-            "flatness, chaotic": flat,
-            "flatness, chaotic minus laminar": difference(flat, rough),
-        },
-        {
-            "flatness, laminar": rough,
-            "peaks at equal distances, chaotic": _share_with_lines(chaotic),
-        },
+    rough, flat = (
+        estimates.mean([stretch.flatness for stretch in group]) for group in (laminar, chaotic)
     )
+    judged = {
+        "peaks at equal distances, laminar": _share_with_lines(laminar),
+        "flatness, chaotic": flat,
+        "flatness, chaotic minus laminar": difference(flat, rough),
+    }
+    also = {
+        "flatness, laminar": rough,
+        "peaks at equal distances, chaotic": _share_with_lines(chaotic),
+    }
+    return Measurement(judged, also)
 
 
 def _spectra(run, phases):
@@ -197,7 +179,7 @@ def _spectra(run, phases):
 def _share_with_lines(stretches):
     """Share of the stretches whose spectral peaks are multiples of one frequency."""
     regular = [s.peaks_hz.size >= LEAST_PEAKS and spacing(s.peaks_hz).p < 0.01 for s in stretches]
-    return share(sum(regular), len(regular))
+    return estimates.share(sum(regular), len(regular))
 
 
 # --- the region in the plane of u and sigma -------------------------------------------------------
@@ -207,37 +189,37 @@ def region(evidence, low, high):
     """Where the map is intermittent, for laminar phases of some share of the time."""
     table, quiet = evidence.table("n5_map"), evidence.replicates(5, 0.0)
     mask = intermittent_mask(table.points, low=low, high=high)
-    first, second, third, _ = (_width(table, mask, group) for group in GROUPS)
-    weak, strong = (
-        _width(table, mask, (one[0], other[1])) for one, other in (GROUPS[:2], GROUPS[2:])
-    )
+    first, second, third, _ = (_width(table, mask, *group) for group in GROUPS)
+    weak, strong = _width(table, mask, 0.0, 4.0), _width(table, mask, 4.0, 8.0)
     below, across = difference(second, first), difference(third, second)
+    also = {
+        "width, sigma up to 2": first,
+        "width, sigma 2 to 4": second,
+        "width, sigma 4 to 6": third,
+    }
     silent = (table.noise == 0) & (table.belt_velocity >= 44)
+    if silent.any():
+        also["at sigma = 0, u >= 44"] = share_of(mask[silent])
     return Measurement(
         {
             "intermittent at sigma = 0": share_of(lasting(quiet)[quiet.between(0.0, np.inf)]),
-            "width beyond 4 over width up to 4": ratio(strong, weak),
+            "width beyond 4 over width up to 4": estimates.ratio(strong, weak),
             "growth across 4 less twice that below": difference(across, below.scaled(2)),
         },
-        {
-            "width, sigma up to 2": first,
-            "width, sigma 2 to 4": second,
-            "width, sigma 4 to 6": third,
-            **({"at sigma = 0, u >= 44": share_of(mask[silent])} if silent.any() else {}),
-        },
+        also,
     )
 
 
-def _width(table, mask, group):
-    """Number of intermittent points times their spacing in u, mean over the levels of a group.
+def _width(table, mask, low, high):
+    """Number of intermittent points times their spacing in u, mean over low < sigma <= high.
 
     Each point is a run of its own, and is intermittent by chance. The levels of the group tell how
     probable that is at each u, and so the variance of the sum. To it comes that of the two edges at
     each level, which lie anywhere between two points.
     """
-    chosen = (table.noise > group[0] + 1e-9) & (table.noise <= group[1] + 1e-9)
+    chosen = (table.noise > low + 1e-9) & (table.noise <= high + 1e-9)
     levels = np.unique(table.noise[chosen]).size
-    require(levels >= 2, f"{levels} noise levels in {group[0]:g} < sigma <= {group[1]:g}, not 2")
+    require(levels >= 2, f"{levels} noise levels in {low:g} < sigma <= {high:g}, not 2")
     velocities, place, runs = np.unique(
         table.belt_velocity[chosen], return_inverse=True, return_counts=True
     )
@@ -246,5 +228,5 @@ def _width(table, mask, group):
     by_chance = np.sum(shares * (1 - shares) / np.maximum(runs - 1, 1))
     error = step * np.sqrt(by_chance + 2 / (12 * levels))
     value = step * float(shares.sum())
-    reach = float(scipy.stats.norm.ppf((1 + CONFIDENCE) / 2)) * float(error)
+    reach = float(scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * error)
     return Estimate(value, value - reach, value + reach, int(np.count_nonzero(chosen)))

@@ -4,11 +4,13 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.measure import motions_of
 from beltrepro.replication.studies.sizes import measure
+from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import states
 from beltrepro.stats.estimates import bootstrap, difference, share_of, trend
@@ -20,98 +22,98 @@ from beltrepro.stats.motion import CHAOTIC, PERIODIC
 @claim("transition-width")
 def transition_width(evidence):
     """Transition regions at sigma = 1 for N = 5, 7 and 10."""
-    falls = _falls(evidence, map(int, evidence.claim.paper), 1.0)
+    falls, widths = _falls(evidence, map(int, evidence.claim.paper), 1.0)
     middles = {f"middle, N = {n}": fall["critical"] for n, fall in falls.items()}
-    wider = {
-        f"width, N = {more} minus N = {less}": difference(
-            falls[more]["width"], falls[less]["width"]
-        )
-        for less, more in pairwise(falls)
-    }
     edges = {
         f"{side}, N = {n}": fall[side] for n, fall in falls.items() for side in ("lower", "upper")
     }
-    return Measurement(middles | wider, edges | _widths(falls))
+    wider = [_wider(falls, more, less) for less, more in pairwise(falls)]
+    return Measurement(middles | dict(wider), edges | widths)
 
 
 @claim("sharpest-at-n5")
 def sharpest_at_n5(evidence):
     """Widths of the transition of six, seven and ten blocks, less that of five."""
-    return {
-        f"sigma = {noise:g}": partial(_wider_than_five, evidence, noise)
-        for noise in evidence.claim.parameters["noise"]
-    }
-
-
-def _wider_than_five(evidence, noise):
     sizes = evidence.claim.parameters["n_blocks"]
-    falls = _falls(evidence, (5, *sizes), noise)
-    wider = {
-        f"width, N = {n} minus N = 5": difference(falls[n]["width"], falls[5]["width"])
-        for n in sizes
-    }
-    return Measurement(wider, _widths(falls))
+
+    def wider_than_five(noise):
+        falls, widths = _falls(evidence, (5, *sizes), noise)
+        return Measurement(dict(_wider(falls, n, 5) for n in sizes), widths)
+
+    noises = evidence.claim.parameters["noise"]
+    return {f"sigma = {noise:g}": partial(wider_than_five, noise) for noise in noises}
 
 
 def _falls(evidence, sizes, noise):
-    return {n: evidence.replicates(n, noise).fall for n in sizes}
+    """The fall of r for each number of blocks, and its widths by name."""
+    falls = {n: evidence.replicates(n, noise).fall for n in sizes}
+    return falls, {f"width, N = {n}": fall["width"] for n, fall in falls.items()}
 
 
-def _widths(falls):
-    return {f"width, N = {n}": fall["width"] for n, fall in falls.items()}
+def _wider(falls, more, less):
+    """By how much the transition of some blocks is wider than that of others, with its name."""
+    return f"width, N = {more} minus N = {less}", difference(
+        falls[more]["width"], falls[less]["width"]
+    )
 
 
-@claim("n10-intermittency")
+@claim("n10-intermittency", SCHEME)
 def n10_intermittency(evidence):
     """Laminar phases of ten blocks without noise in the transition, and whether they last."""
-    return {
-        "the paper's scheme": lambda: measure.intermittency(
-            evidence.row(10, 0.0, scan="size_rows").within(
-                *evidence.claim.parameters["belt_velocity"]
-            )
-        ),
-        "exact dynamics": lambda: measure.intermittency(
-            evidence.replicates(10, 0.0).within(*evidence.claim.parameters["belt_velocity"])
-        ),
-    }
+    row = evidence.row(10, 0.0, scan="size_rows")
+    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
+
+
+@claim("n10-intermittency", EXACT)
+def n10_intermittency_of_exact_runs(evidence):
+    """The same of independent runs."""
+    row = evidence.replicates(10, 0.0)
+    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
 
 
 # --- chaos ----------------------------------------------------------------------------------------
 
 
-@claim("small-n-regular")
-def small_n_regular(evidence):
+def _row_of_scheme(evidence, n_blocks):
+    row = evidence.row(n_blocks, 0.0)
+    return row.belt_velocity, row.disorder
+
+
+def _row_of_motions(evidence, n_blocks):
+    arrays, _ = evidence.runs("motion_map", n_blocks=n_blocks)
+    return arrays["belt_velocity"], arrays["disorder_parameter"]
+
+
+R_OF_U = {
+    "r by the paper's scheme": _row_of_scheme,
+    "r by the exact dynamics": _row_of_motions,
+}
+
+
+@claim("small-n-regular", R_OF_U)
+def small_n_regular(evidence, row_of):
     """Chaotic runs of two, three and four blocks, and how far r falls along u."""
-    return {
-        "r by the paper's scheme": partial(_small_chains, evidence, measure.row_of_scheme),
-        "r by the exact dynamics": partial(_small_chains, evidence, measure.row_of_motions),
-    }
-
-
-def _small_chains(evidence, row_of):
     sizes = evidence.claim.parameters["n_blocks"]
-    runs = {n: motions_of(evidence, n) for n in sizes}
-    together, *others = runs.values()
-    for more in others:
-        together = together.and_also(more)
+    runs = {n: motions.motions(evidence, n) for n in sizes}
+    together = pd.concat(runs.values())
     contrast = {f"contrast, N = {n}": measure.contrast(*row_of(evidence, n)) for n in sizes}
-    also = {f"chaotic, N = {n}": motion.share(CHAOTIC) for n, motion in runs.items()}
-    return Measurement({"chaotic": together.share(CHAOTIC)} | contrast, also, together.words)
+    also = {f"chaotic, N = {n}": motions.share(of_size, CHAOTIC) for n, of_size in runs.items()}
+    chaotic = {"chaotic": motions.share(together, CHAOTIC)}
+    return Measurement(chaotic | contrast, also, motions.in_words(together))
 
 
-@claim("chaos-from-n5")
-def chaos_from_n5(evidence):
-    """Chaos and periodic motion below the transition of five and more blocks."""
-    return {
-        "by the look of the section": partial(_chaos_by_look, evidence),
-        "by exponent and recurrence": partial(_chaos_by_motion, evidence),
-    }
+def _below_transition(evidence):
+    """Where the fall of r without noise begins, by number of blocks; a fixed u if there is none."""
+    parameters = evidence.claim.parameters
+    edges = {n: evidence.replicates(n, 0.0).fall["lower"].value for n in parameters["n_blocks"]}
+    return {n: parameters["without_transition"] if np.isnan(u) else u for n, u in edges.items()}
 
 
-def _chaos_by_look(evidence):
-    """Single runs by the paper's scheme, as the bifurcation diagrams show them."""
+@claim("chaos-from-n5", "by the look of the section")
+def chaos_by_look(evidence):
+    """Chaos and periodic motion below the transition of five and more blocks, in single runs."""
     shares = {}
-    for n, high in measure.below_transition(evidence).items():
+    for n, high in _below_transition(evidence).items():
         row = evidence.row(n, 0.0)
         labels = row.states[row.between(0.0, high)]
         labels = labels[~np.isin(labels, (states.TRANSIENT, states.UNDECIDED))]
@@ -120,52 +122,58 @@ def _chaos_by_look(evidence):
     return _chaos(shares)
 
 
-def _chaos_by_motion(evidence):
-    runs = {
-        n: motions_of(evidence, n, high=u) for n, u in measure.below_transition(evidence).items()
+@claim("chaos-from-n5", "by exponent and recurrence")
+def chaos_by_motion(evidence):
+    """The same of runs whose motion is named."""
+    ends = _below_transition(evidence)
+    runs = {n: motions.motions(evidence, n, high=high) for n, high in ends.items()}
+    shares = {
+        n: tuple(motions.share(of_size, motion) for motion in (CHAOTIC, PERIODIC))
+        for n, of_size in runs.items()
     }
-    shares = {n: (motion.share(CHAOTIC), motion.share(PERIODIC)) for n, motion in runs.items()}
-    return _chaos(shares, "; ".join(f"N = {n}: {motion.words}" for n, motion in runs.items()))
+    words = (f"N = {n}: {motions.in_words(of_size)}" for n, of_size in runs.items())
+    return _chaos(shares, "; ".join(words))
 
 
 def _chaos(shares, note=""):
-    return Measurement(
-        {f"chaotic, N = {n}": chaotic for n, (chaotic, _) in shares.items()}
-        | {"periodic share over N": trend(list(shares), [calm for _, calm in shares.values()])},
-        {f"periodic, N = {n}": calm for n, (_, calm) in shares.items()},
-        note,
-    )
+    """Of the shares of chaotic and of periodic runs by number of blocks."""
+    chaotic, calm = ({n: pair[side] for n, pair in shares.items()} for side in (0, 1))
+    judged = {f"chaotic, N = {n}": share for n, share in chaotic.items()}
+    judged["periodic share over N"] = trend(list(calm), list(calm.values()))
+    return Measurement(judged, {f"periodic, N = {n}": share for n, share in calm.items()}, note)
 
 
-@claim("complexity-at-n5")
+@claim("complexity-at-n5", "orbits told apart")
 def complexity_at_n5(evidence):
-    """Entropy of the motions over u, near N = 5 and elsewhere."""
-    return {
-        "orbits told apart": lambda: Measurement(*_richest(evidence, measure.by_orbit)),
-        "orbits, and kinds of motion": partial(_richest_in_both, evidence),
-    }
+    """Entropy of the motions over u, near N = 5 and elsewhere, orbits told apart."""
+    return _richest(evidence, _orbits)
 
 
-def _richest_in_both(evidence):
-    kinds, bits = _richest(evidence, measure.by_motion)
-    orbits, _ = _richest(evidence, measure.by_orbit)
-    return Measurement(orbits | {"kinds of motion": kinds["orbits"]}, bits)
+@claim("complexity-at-n5", "orbits, and kinds of motion")
+def complexity_of_kinds(evidence):
+    """The same, and that of the kinds of motion."""
+    kinds = _richest(evidence, lambda runs: runs["motion"])
+    judged = complexity_at_n5(evidence).judged | {"kinds of motion": kinds.judged["orbits"]}
+    return Measurement(judged, kinds.also)
+
+
+def _orbits(runs):
+    """Motions, with orbits of different numbers of returns to the mean length told apart."""
+    returns = runs["returns"].where(runs["motion"] == PERIODIC, 0)
+    return runs["motion"] + returns.astype(str)
 
 
 def _richest(evidence, names_of):
-    near, others = (evidence.claim.parameters[name] for name in ("near", "others"))
-    codes = [np.unique(names_of(evidence, n), return_inverse=True)[1] for n in (*near, *others)]
-    require(any(np.unique(runs).size > 1 for runs in codes), "all runs of all N are alike")
-
-    def excess(*groups):
-        bits = [measure.entropy(group) for group in groups]
-        return max(bits[: len(near)]) - max(bits[len(near) :])
-
-    bits = {
-        f"bits, N = {n}": bootstrap(measure.entropy, [runs])
-        for n, runs in zip((*near, *others), codes, strict=True)
-    }
-    return {"orbits": bootstrap(excess, codes)}, bits
+    near, others, ends = (
+        evidence.claim.parameters[name] for name in ("near", "others", "belt_velocity")
+    )
+    names = {n: names_of(motions.motions(evidence, n, *ends)) for n in (*near, *others)}
+    codes = {n: np.unique(of_size, return_inverse=True)[1] for n, of_size in names.items()}
+    require(any(runs.any() for runs in codes.values()), "all runs of all N are alike")
+    return Measurement(
+        {"orbits": measure.excess(list(codes.values()), len(near))},
+        {f"bits, N = {n}": bootstrap(measure.entropy, [runs]) for n, runs in codes.items()},
+    )
 
 
 # --- noise ----------------------------------------------------------------------------------------
@@ -183,23 +191,18 @@ def r_of_sigma_size(evidence):
     return _weaker_with_size(rises)
 
 
-@claim("noise-less-relevant")
-def noise_less_relevant(evidence):
+EFFECTS = {"section velocities": measure.effect_on_section, "r": measure.effect_on_r}
+
+
+@claim("noise-less-relevant", EFFECTS)
+def noise_less_relevant(evidence, effect_of):
     """Effect of noise on the section velocities and on r, for five and more blocks."""
-    return {
-        "section velocities": partial(_noise_effects, evidence, measure.effect_on_section),
-        "r": partial(_noise_effects, evidence, measure.effect_on_r),
-    }
-
-
-def _noise_effects(evidence, effect_of):
-    parameters = evidence.claim.parameters
-    rows = {
-        n: [evidence.replicates(n, noise) for noise in (0.0, parameters["noise"])]
-        for n in parameters["n_blocks"]
-    }
-    low, high = parameters["belt_velocity"]
-    return _weaker_with_size({n: effect_of(low, high, *pair) for n, pair in rows.items()})
+    places = evidence.claim.parameters
+    effects = {}
+    for n in places["n_blocks"]:
+        pair = (evidence.replicates(n, noise) for noise in (0.0, places["noise"]))
+        effects[n] = effect_of(*places["belt_velocity"], *pair)
+    return _weaker_with_size(effects)
 
 
 def _weaker_with_size(effects):

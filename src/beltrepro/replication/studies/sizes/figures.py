@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beltrepro.replication.drawing import alternation, panels, replicate_panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
@@ -38,24 +38,20 @@ ORDER = (5, 7, 10, 2, 3, 4, 6)  # numbers of blocks in the order of the styles
 @panels.draws(FIGURES)
 def fig19(data):
     """a: r(u) at sigma = 1 over replicates for N = 5, 7, 10; b: single runs for every N."""
-    figure = style.page(4.4)
-    above, below = figure.subplots(2, 1, sharex=True)
-    panels.letter(above, "a")
-    panels.letter(below, "b")
+    figure, (above, below) = panels.page(4.4, "a;b", sharex=True)
     for n_blocks in SHOWN:
-        _runs(above, data, n_blocks)
+        for name in ("n5_replicates", "size_replicates"):
+            points = _row(data[name], n_blocks)
+            panels.draw_runs(above, *points, label=f"$N = {n_blocks}$")
     for name in ("n5_rows", "size_rows"):
         for scan, overlay in panels.layers(data, name):
             for n_blocks in panels.levels(scan, "n_blocks"):
-                row = sections.rows(scan, n_blocks=n_blocks, noise=NOISE)
-                points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
+                *points, index = _row(scan, n_blocks)
                 look = {"label": f"$N = {n_blocks}$"}
                 if overlay:
-                    look = {
-                        "overlay": f"$N = {n_blocks}$, {overlay}",
-                        "color": style.line_style(_index(n_blocks))["color"],
-                    }
-                panels.single_runs(below, *points, **look)
+                    look = {"overlay": f"$N = {n_blocks}$, {overlay}"}
+                    look["color"] = style.line_style(index)["color"]
+                panels.single_runs(below, *points, index, **look)
     for axes in (above, below):
         panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY)
         axes.label_outer()
@@ -64,17 +60,14 @@ def fig19(data):
     return figure
 
 
+def _row(scan, n_blocks):
+    """u and r of the runs of a number of blocks, and the number of its style."""
+    row = sections.rows(scan, n_blocks=n_blocks, noise=NOISE)
+    return row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
+
+
 def _index(n_blocks):
-    """Number of the style of a number of blocks."""
     return ORDER.index(n_blocks) if n_blocks in ORDER else int(n_blocks)
-
-
-def _runs(axes, data, n_blocks):
-    """Runs of a number of blocks and the line of their means."""
-    for name in ("n5_replicates", "size_replicates"):
-        row = sections.rows(data[name], n_blocks=n_blocks, noise=NOISE)
-        points = row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
-        replicate_panels.draw_runs(axes, *points, label=f"$N = {n_blocks}$")
 
 
 def _strips(axes, table):
@@ -107,17 +100,14 @@ def fig20(data):
     laminar_time = float(scan.attributes["laminar_time"])
     series = (data[name] for name in FIGURES["fig20"].uses if name != "size_replicates")
     every = sorted(series, key=lambda one: one.attributes["belt_velocity"])
-    figure = style.page(5.6)
-    *stack, below = figure.subplots(len(every) + 1, 1, height_ratios=[1] * len(every) + [1.5])
-    for axes, mark, series in zip(stack, "abcd", every, strict=True):
+    figure, (*stack, below) = panels.page(5.6, "a;b;c;d;e", height_ratios=(1, 1, 1, 1, 1.5))
+    for axes, series in zip(stack, every, strict=True):
         axes.sharex(stack[0])
         axes.sharey(stack[0])
         axes.tick_params(labelbottom=axes is stack[-1])
-        panels.letter(axes, mark)
-        begin, _ = alternation.half_laminar(series, laminar_time, SHOWN_LENGTH)
-        alternation.trace(axes, series, laminar_time, (begin, begin + SHOWN_LENGTH), zero=begin)
+        begin, _ = panels.half_laminar(series, laminar_time, SHOWN_LENGTH)
+        panels.laminar_trace(axes, series, laminar_time, (begin, begin + SHOWN_LENGTH), zero=begin)
     stack[-1].set_xlabel("$t$ since the left edge of the panel")
-    panels.letter(below, "e")
     _last_sticks(below, scan, laminar_time)
     return figure
 
@@ -134,9 +124,8 @@ def _last_sticks(axes, scan, laminar_time):
     # a run that never sticks after the transient has none
     last = np.where(np.isfinite(row["last_stick_time"]), row["last_stick_time"], transient)
     lasting = last > duration - laminar_time
-    axes.plot(
-        velocity, last / duration, ".", color=style.BLUE, markersize=3, alpha=0.5, label="a run"
-    )
+    look = {"color": style.BLUE, "markersize": 3, "alpha": 0.5}
+    axes.plot(velocity, last / duration, ".", label="a run", **look)
     places = np.unique(velocity)
     share = [lasting[velocity == place].mean() for place in places]
     look = {"color": style.VERMILION, "markerfacecolor": "none", "markersize": 5}
@@ -155,7 +144,7 @@ def fig21(data):
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
     figure = style.page(4.6)
     places = {(n, u): f"$N = {n}$, $u = {u:g}$" for n, u in points}
-    replicate_panels.against_noise(figure, data, "size_columns", places, across=2)
+    panels.against_noise(figure, data, "size_columns", places, across=2)
     return figure
 
 
@@ -171,23 +160,21 @@ def fig22(data):
     """v_N at the section against u, a panel for each N, a colour for each noise."""
     scan = data["size_rows"]
     noises = panels.levels(scan, "noise")[:MOST_NOISES]
-    figure = style.page(5.2)
-    grid = figure.subplots(3, 2, sharex=True, sharey=True)
-    for axes, mark, n_blocks in zip(grid.flat, "abcdef", SIZES, strict=True):
-        panels.letter(axes, mark)
-        for number, (noise, colour) in enumerate(
-            zip(noises, style.shades(noises.size), strict=True)
-        ):
+    figure, grid = panels.page(5.2, "ab;cd;ef", sharex=True, sharey=True)
+    for axes, n_blocks in zip(grid, SIZES, strict=True):
+        place = ""
+        for number, noise in enumerate(noises):
             row = sections.rows(scan, n_blocks=n_blocks, noise=noise)
-            look = {"colour": colour, "size": 1.6, "label": rf"$\sigma = {noise:g}$"}
-            panels.band_diagram(axes, row, aside=_ASIDE * (number - (noises.size - 1) / 2), **look)
+            look = {"colour": style.shades(noises.size)[number], "size": 1.6}
+            look["aside"] = _ASIDE * (number - (noises.size - 1) / 2)
+            panels.band_diagram(axes, row, label=rf"$\sigma = {noise:g}$", **look)
+            place = panels.section_name(row).removeprefix("section ")
         panels.finish_diagram(axes)
-        place = panels.section_name(row).removeprefix("section ") if noises.size else ""
         axes.set_title(f"$N = {n_blocks}$, {place}", loc="right")
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
         axes.label_outer()
-    grid[0, 0].set_xlim(left=0)
-    handles, labels = grid[0, 0].get_legend_handles_labels()
+    grid[0].set_xlim(left=0)
+    handles, labels = grid[0].get_legend_handles_labels()
     if labels:
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), markerscale=4)
     return figure

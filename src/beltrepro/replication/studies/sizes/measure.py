@@ -1,17 +1,13 @@
 """What changes with the number of blocks: alternation, r, the variety of motions, noise."""
 
-from functools import partial
-
 import numpy as np
 import scipy
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.measure import motions_of
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.stats import estimates, transition
 from beltrepro.stats import intermittency as laminar
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.motion import PERIODIC
 from beltrepro.stats.transition import LEAST_RUNS
 
 LAST_PART = 0.1  # of the time after the transient, in which motion that lasts still sticks
@@ -50,18 +46,6 @@ def _rank_correlation(runs):
 # --- motions --------------------------------------------------------------------------------------
 
 
-def row_of_scheme(evidence, n_blocks):
-    """u and r of single runs by the paper's scheme."""
-    row = evidence.row(n_blocks, 0.0)
-    return row.belt_velocity, row.disorder
-
-
-def row_of_motions(evidence, n_blocks):
-    """u and r of the runs whose motion is named."""
-    arrays, _ = evidence.runs("motion_map", n_blocks=n_blocks)
-    return arrays["belt_velocity"], arrays["disorder_parameter"]
-
-
 def contrast(belt_velocity, disorder):
     """High over low plateau of r(u) beside its best falling step; 1 if r falls nowhere.
 
@@ -69,33 +53,22 @@ def contrast(belt_velocity, disorder):
     """
     runs = np.column_stack([belt_velocity, disorder])
     at_each = [runs[belt_velocity == u] for u in np.unique(belt_velocity)]
-    return estimates.bootstrap(
-        lambda drawn: _best_fall(np.concatenate([at_each[place] for place in drawn])),
-        [np.arange(len(at_each))],
-    )
+
+    def best_fall(drawn):
+        runs = np.concatenate([at_each[place] for place in drawn])
+        return float(np.nan_to_num(transition.contrast_of_step(*runs.T), nan=1.0))
+
+    return estimates.bootstrap(best_fall, [np.arange(len(at_each))])
 
 
-def _best_fall(runs):
-    return float(np.nan_to_num(transition.contrast_of_step(*runs.T), nan=1.0))
+def excess(codes, near):
+    """Entropy of the richest of the first `near` samples of codes, less that of the others."""
 
+    def difference(*groups):
+        bits = list(map(entropy, groups))
+        return max(bits[:near]) - max(bits[near:])
 
-def below_transition(evidence):
-    """Where the fall of r without noise begins, by number of blocks; a fixed u if there is none."""
-    parameters = evidence.claim.parameters
-    edges = {n: evidence.replicates(n, 0.0).fall["lower"].value for n in parameters["n_blocks"]}
-    return {n: parameters["without_transition"] if np.isnan(u) else u for n, u in edges.items()}
-
-
-def by_motion(evidence, n_blocks):
-    """Names of the motions over u."""
-    return motions_of(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"]).names
-
-
-def by_orbit(evidence, n_blocks):
-    """Motions, with orbits of different numbers of returns to the mean length told apart."""
-    runs = motions_of(evidence, n_blocks, *evidence.claim.parameters["belt_velocity"])
-    returns = np.where(runs.names == PERIODIC, runs.returns, 0)
-    return np.char.add(runs.names, returns.astype(str))
+    return estimates.bootstrap(difference, codes)
 
 
 def entropy(codes):
@@ -109,14 +82,14 @@ def entropy(codes):
 def rise(column):
     """ln of the high over the low plateau of r(sigma); 0 for a curve that does not rise."""
     levels = np.unique(column.noise)
+
+    def log_contrast(*groups):
+        noise = np.repeat(levels, [len(group) for group in groups])
+        contrast = transition.find_rise(noise, np.concatenate(groups))["contrast"]
+        return float(np.log(np.nan_to_num(contrast, nan=1.0)))
+
     groups = [column.disorder[column.noise == level] for level in levels]
-    return estimates.bootstrap(partial(_log_contrast, levels), groups)
-
-
-def _log_contrast(levels, *groups):
-    noise = np.repeat(levels, [len(group) for group in groups])
-    contrast = transition.find_rise(noise, np.concatenate(groups))["contrast"]
-    return float(np.log(np.nan_to_num(contrast, nan=1.0)))
+    return estimates.bootstrap(log_contrast, groups)
 
 
 def effect_on_r(low, high, quiet, noisy):

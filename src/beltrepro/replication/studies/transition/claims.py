@@ -1,23 +1,16 @@
 """Claims on five blocks without noise: single motions, the fall of r, transients (Sec. IV.A)."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.chaos.measure import (
-    EXACT,
-    LONG,
-    N_BLOCKS,
-    SCHEME,
-    between,
-    by_method,
-)
 from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import Measurement
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats import estimates, states, survival
+from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, between, settling
+from beltrepro.stats import estimates, states
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
@@ -28,33 +21,27 @@ LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in
 # --- Figs. 11 and 12: single belt velocities ------------------------------------------------------
 
 
-@claim("u7-periodic")
-def u7_periodic(evidence):
+@claim("u7-periodic", SETTLING)
+def u7_periodic(evidence, names):
     """Where runs at u = 7 end."""
-
-    def reading(runs, _method):
-        return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
-
-    return by_method(evidence, reading)
+    runs = settling(evidence, names)
+    return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
 
 
-@claim("u20-transient")
+@claim("u20-transient", SCHEME)
 def u20_transient(evidence):
-    """How long runs at u = 20 stick now and then, and whether they stop."""
-    return {
-        SCHEME: partial(_from_declared_start_too, evidence),
-        EXACT: partial(
-            _transients, evidence, "pairs_states_event", initial_spread=1.0, time_step=0.001
-        ),
-    }
-
-
-def _from_declared_start_too(evidence):
+    """How long runs at u = 20 stick now and then, and whether they stop; r of the printed start."""
     measurement = _transients(evidence, "lifetimes")
     row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
     disorder = row.disorder[row.between(20, 20)]
     require(disorder.size == 1, f"{disorder.size} points of the row at u = 20, one is needed")
     return replace(measurement, also={"r from the declared start": estimates.sure(disorder.item())})
+
+
+@claim("u20-transient", EXACT)
+def u20_transient_near_rest(evidence):
+    """The same of exact runs from starts near rest."""
+    return _transients(evidence, "pairs_states_event", initial_spread=1.0, time_step=0.001)
 
 
 def _transients(evidence, name, **where):
@@ -64,23 +51,19 @@ def _transients(evidence, name, **where):
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
     runs = _at(scan.arrays, belt_velocity=20.0, **where)
     escaped = runs["escaped"].astype(bool)
-    slipping = measure.labels_of(runs) != measure.STICK_SLIP
+    slipping = states.label_ends(runs) != states.STICK_SLIP
     on_orbit = ~escaped & measure.on_shared_orbits(runs, settle_time)
+    note = f"{on_orbit.sum()} of {escaped.size} runs end on stick-slip orbits that several share"
     longer = estimates.absent()
     if escaped.any():
-        longer = estimates.share_of(runs["lifetime"][escaped] > printed)
-    note = f"{on_orbit.sum()} of {escaped.size} runs end on stick-slip orbits that several share"
-    if escaped.any():
-        times = np.round(runs["lifetime"][escaped])
+        lifetime = runs["lifetime"][escaped]
+        longer = estimates.share_of(lifetime > printed)
+        times = np.round(lifetime)
         note += f"; {times.size} escape, half of them before {np.median(times):.0f}"
         note += f", at {np.unique(times).size} different times"
-    return Measurement(
-        {
-            "end in continuous slip": estimates.share_of(slipping, ~escaped & ~on_orbit),
-            f"longer than {printed}, of these": longer,
-        },
-        note=note,
-    )
+    slips_on = estimates.share_of(slipping, ~escaped & ~on_orbit)
+    judged = {"end in continuous slip": slips_on, f"longer than {printed}, of these": longer}
+    return Measurement(judged, note=note)
 
 
 def _at(arrays, **where):
@@ -97,110 +80,82 @@ def _at(arrays, **where):
 RUNS = {SCHEME: "n5_replicates_check", EXACT: "n5_replicates", "wider starts": "n5_replicates_wide"}
 
 
-@claim("r-jump")
-def r_jump(evidence):
+@claim("r-jump", RUNS)
+def r_jump(evidence, scan):
     """The plateaus of r beside the printed transition region."""
-
-    def reading(scan):
-        numbers = _plateaus(evidence, scan)
-        small = _beyond(evidence, scan) < measure.LARGE_AMPLITUDE
-        shares = {"ratio": estimates.ratio(*numbers.values()), "small r": estimates.share_of(small)}
-        return Measurement(numbers | shares)
-
-    return {name: partial(reading, scan) for name, scan in RUNS.items()}
+    before, beyond, low = _sides(evidence, scan)
+    plateaus = {"r_chaotic": before, "r_periodic": low}
+    numbers = {name: estimates.bootstrap(np.median, [r]) for name, r in plateaus.items()}
+    small = estimates.share_of(beyond < states.LARGE_AMPLITUDE)
+    return Measurement(numbers | {"ratio": estimates.ratio(*numbers.values()), "small r": small})
 
 
-def _beyond(evidence, scan):
-    """r of the runs at 18 <= u <= 21."""
+def _sides(evidence, scan):
+    """r of the runs at 12 <= u <= 15 and 18 <= u <= 21, and of those of small r, if there are."""
     row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
-    return row.disorder[row.between(18, 21)]
+    before, beyond = row.disorder[row.between(12, 15)], row.disorder[row.between(18, 21)]
+    counts = f"{before.size} runs below the transition, {beyond.size} beyond it"
+    require(min(before.size, beyond.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
+    low = beyond[beyond < states.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
+    return before, beyond, low if low.size >= LEAST_RUNS else beyond
 
 
-def _plateaus(evidence, scan):
-    """Medians of r at 12 <= u <= 15, and of the runs of small r, if there are, at 18 <= u <= 21."""
-    row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
-    before, after = row.disorder[row.between(12, 15)], _beyond(evidence, scan)
-    counts = f"{before.size} runs below the transition, {after.size} beyond it"
-    require(min(before.size, after.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
-    low = after[after < measure.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
-    samples = {"r_chaotic": before, "r_periodic": low if low.size >= LEAST_RUNS else after}
-    return {name: estimates.bootstrap(np.median, [runs]) for name, runs in samples.items()}
+@claim("u-critical", RUNS)
+def u_critical(evidence, scan):
+    """Midpoint of the transition region without noise; of exact runs from wider starts too."""
+    fall = evidence.replicates(N_BLOCKS, 0.0, scan=scan).fall
+    judged = {"critical": fall["critical"]}
+    if scan == RUNS[EXACT]:
+        wide = evidence.replicates(N_BLOCKS, 0.0, scan=RUNS["wider starts"]).fall
+        judged["critical, wider starts"] = wide["critical"]
+    return Measurement(judged, {name: fall[name] for name in ("lower", "upper")})
 
 
-@claim("u-critical")
-def u_critical(evidence):
-    """Midpoint of the transition region without noise."""
-
-    def reading(cut):
-        fall = cut().fall
-        return Measurement(
-            {"critical": fall["critical"]}, {name: fall[name] for name in ("lower", "upper")}
-        )
-
-    def from_other_starts_too():
-        near_rest, wide = reading(cuts[EXACT]), reading(cuts["wider starts"])
-        judged = near_rest.judged | {"critical, wider starts": wide.judged["critical"]}
-        return Measurement(judged, near_rest.also)
-
-    cuts = {
-        name: partial(evidence.replicates, N_BLOCKS, 0.0, scan=scan) for name, scan in RUNS.items()
-    }
-    readings = {name: partial(reading, cut) for name, cut in cuts.items()}
-    return readings | {EXACT: from_other_starts_too}
-
-
-@claim("r-windows")
+@claim("r-windows", SCHEME)
 def r_windows(evidence):
-    """r of periodic motion over that before the transition: beyond the transition, and below it."""
-    return {SCHEME: partial(_contrast, evidence, SCHEME), EXACT: partial(_periodic_below, evidence)}
+    """r of periodic motion beyond the transition over that before it."""
+    before, _, low = _sides(evidence, RUNS[SCHEME])
+    return Measurement({"beyond the transition": _ratio_of_medians(low, before)})
 
 
-def _contrast(evidence, method):
-    numbers = _plateaus(evidence, RUNS[method])
-    ratio = estimates.ratio(numbers["r_periodic"], numbers["r_chaotic"])
-    return Measurement({"beyond the transition": ratio})
-
-
-def _periodic_below(evidence):
-    """With the contrast, r of runs that end periodic below the transition, of any period."""
+@claim("r-windows", EXACT)
+def r_windows_below(evidence):
+    """The same, and r of runs that end periodic below the transition, of any period."""
     arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
     chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
     chosen &= arrays["state"].astype(str) == PERIODIC
     require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs, {LEAST_RUNS} are needed")
-    periodic = estimates.bootstrap(np.median, [arrays["disorder_parameter"][chosen]])
-    ratio = estimates.ratio(periodic, _plateaus(evidence, RUNS[EXACT])["r_chaotic"])
-    return Measurement(_contrast(evidence, EXACT).judged | {"periodic below": ratio})
-
-
-@claim("outliers")
-def outliers(evidence):
-    """Runs of large r beyond the transition, and whether they are irregular."""
-    return {
-        SCHEME: partial(_outlying_points, evidence),
-        EXACT: partial(_outlying_runs, evidence),
-    }
-
-
-def _outlying_points(evidence):
-    """The start is declared, so that chance has no part in them."""
-    large, regular, velocity = _of_large_r(
-        evidence, evidence.claim.parameters["points"], LEAST_POINTS, "n5_rows"
-    )
-    where = ", ".join(f"{place:g}" for place in velocity[large])
+    before, _, low = _sides(evidence, RUNS[EXACT])
     return Measurement(
         {
-            "outliers": estimates.sure(large.sum()),
-            "irregular": estimates.sure((large & ~regular).sum()),
-        },
-        note=f"outliers at u = {where}" if where else "",
+            "beyond the transition": _ratio_of_medians(low, before),
+            "periodic below": _ratio_of_medians(arrays["disorder_parameter"][chosen], before),
+        }
     )
 
 
-def _outlying_runs(evidence):
-    ends = evidence.claim.parameters["runs"]
-    large, regular, _ = _of_large_r(
-        evidence, ends, LEAST_RUNS, "n5_replicates", "n5_replicates_beyond"
-    )
+def _ratio_of_medians(*samples):
+    return estimates.ratio(*(estimates.bootstrap(np.median, [runs]) for runs in samples))
+
+
+@claim("outliers", SCHEME)
+def outlying_points(evidence):
+    """Runs of large r beyond the transition, and whether they are irregular.
+
+    The start is declared, so that chance has no part in them.
+    """
+    ends = evidence.claim.parameters["points"]
+    large, regular, velocity = _of_large_r(evidence, ends, LEAST_POINTS, "n5_rows")
+    where = ", ".join(f"{place:g}" for place in velocity[large])
+    counts = {"outliers": large.sum(), "irregular": (large & ~regular).sum()}
+    return Measurement(estimates.all_sure(counts), note=f"outliers at u = {where}" if where else "")
+
+
+@claim("outliers", EXACT)
+def outlying_runs(evidence):
+    """Shares of the runs of large r beyond the transition."""
+    ends, scans = evidence.claim.parameters["runs"], ("n5_replicates", "n5_replicates_beyond")
+    large, regular, _ = _of_large_r(evidence, ends, LEAST_RUNS, *scans)
     periodic = estimates.share_of(regular[large]) if large.any() else estimates.absent()
     return Measurement({"runs of large r": estimates.share_of(large), "periodic": periodic})
 
@@ -209,76 +164,73 @@ def _of_large_r(evidence, ends, least, *scans):
     """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
     rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
     require(len(rows), f"this preset has no {' and no '.join(scans)}")
-    inside = [row.between(*ends) for row in rows]
+    rows = [row.within(*ends) for row in rows]
     disorder, look, velocity = (
-        np.concatenate([getattr(row, name)[mask] for row, mask in zip(rows, inside, strict=True)])
+        np.concatenate([getattr(row, name) for row in rows])
         for name in ("disorder", "states", "belt_velocity")
     )
     require(
         disorder.size >= least,
         f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {least} are needed",
     )
-    plateau = _plateaus(evidence, RUNS[SCHEME])["r_chaotic"]
+    chaotic, *_ = _sides(evidence, RUNS[SCHEME])
     regular = np.isin(look, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
-    return disorder > plateau.value / 2, regular, velocity
+    return disorder > np.median(chaotic) / 2, regular, velocity
 
 
 # --- how long transients last, and what follows ---------------------------------------------------
 
 
-@claim("u7-transient-chaos")
-def u7_transient_chaos(evidence):
+@claim("u7-transient-chaos", SETTLING)
+def u7_transient_chaos(evidence, names):
     """How long runs at u = 7 are irregular before they become periodic, and their exponent then."""
-    shown = evidence.claim.parameters["irregular_for"]
-
-    def reading(runs, method):
-        judged = {
-            "ends periodic": runs.ends_periodic,
-            f"irregular for {shown}": runs.irregular_for(shown),
-        }
-        also = {"half of the runs settle by": runs.half_life}
-        if method == EXACT:  # no deviation is followed beside the scheme
-            judged["e-foldings"] = runs.e_foldings
-            also["exponent"] = runs.exponent
-        return Measurement(judged, also, note=runs.words)
-
-    return by_method(evidence, reading)
+    runs, shown = settling(evidence, names), evidence.claim.parameters["irregular_for"]
+    judged = {"ends periodic": runs.ends_periodic}
+    judged[f"irregular for {shown}"] = runs.irregular_for(shown)
+    also = {"half of the runs settle by": runs.half_life}
+    if names != SETTLING[SCHEME]:  # no deviation is followed beside the scheme
+        judged["e-foldings"] = runs.e_foldings
+        also["exponent"] = runs.exponent
+    return Measurement(judged, also, note=runs.words)
 
 
-@claim("transient-lifetime")
-def transient_lifetime(evidence):
-    """Mean lifetimes beyond the transition: to the last stick, and until the motion settles."""
+@claim("transient-lifetime", SCHEME)
+def time_to_last_stick(evidence):
+    """Mean time beyond the transition up to the last stick."""
+    return _lifetimes(evidence, measure.until_last_stick(evidence.dataset("lifetimes_wide")))
+
+
+@claim("transient-lifetime", EXACT)
+def time_to_settle(evidence):
+    """Mean time until the motion settles."""
     spread = evidence.claim.parameters["initial_spread"]
-
-    def reading(runs):
-        near, far, all_of_them = (
-            _estimate(runs.mean(*evidence.claim.parameters[name]))
-            for name in ("near", "far", "belt_velocity")
-        )
-        return Measurement(
-            {"near over far": estimates.ratio(near, far), "tau": all_of_them},
-            {"tau near": near, "tau far": far},
-        )
-
-    return {
-        SCHEME: lambda: reading(measure.until_last_stick(evidence.dataset("lifetimes_wide"))),
-        EXACT: lambda: reading(measure.until_settled(evidence.dataset("survival"), spread)),
-    }
+    return _lifetimes(evidence, measure.until_settled(evidence.dataset("survival"), spread))
 
 
-def _estimate(lifetime: survival.MeanLifetime) -> Estimate:
+def _lifetimes(evidence, runs):
+    near, far, everywhere = (
+        _estimate(runs.mean(*evidence.claim.parameters[name]))
+        for name in ("near", "far", "belt_velocity")
+    )
+    judged = {"near over far": estimates.ratio(near, far), "tau": everywhere}
+    return Measurement(judged, {"tau near": near, "tau far": far})
+
+
+def _estimate(lifetime):
     require(np.isfinite(lifetime.mean), "longer runs are needed for a lifetime")
     return Estimate(lifetime.mean, lifetime.lower, lifetime.upper, lifetime.runs)
 
 
-@claim("continuous-slip")
+@claim("continuous-slip", SCHEME)
 def continuous_slip(evidence):
     """Share of runs in which the last block slips on at the end, for 18 <= u <= 50."""
-    exact = {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"}
-    return {
-        SCHEME: partial(_slips_on, evidence, {"18 to 50": "n5_rows"}, start_declared=True),
-        EXACT: partial(_slips_on, evidence, exact),
-    }
+    return _slips_on(evidence, {"18 to 50": "n5_rows"}, start_declared=True)
+
+
+@claim("continuous-slip", EXACT)
+def continuous_slip_of_exact_runs(evidence):
+    """The same, in two ranges of u."""
+    return _slips_on(evidence, {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"})
 
 
 def _slips_on(evidence, scans, *, start_declared=False):
@@ -287,16 +239,11 @@ def _slips_on(evidence, scans, *, start_declared=False):
         row = evidence.row(N_BLOCKS, 0.0, scan=scan)
         inside = row.between(*evidence.claim.parameters["belt_velocity"][name])
         require(inside.any(), f"no runs for u = {name}")
-        sticking = _sticks_late(row)[inside]
+        last = np.nan_to_num(row.points["last_stick_time"][inside], nan=-np.inf)
+        sticking = last >= (row.transient + row.duration) / 2
         unknown = sticking & (row.duration < LONG)
         share = estimates.share_of(~sticking, unknown)
         if start_declared and not unknown.any():
             share = estimates.sure(share.value)  # chance has no part in it
         shares |= {f"slips on, u = {name}": share, f"usual end, u = {name}": share}
     return Measurement(shares)
-
-
-def _sticks_late(cut):
-    """Which runs stick in the second half of the time after the transient."""
-    last = np.nan_to_num(cut.points["last_stick_time"], nan=-np.inf)
-    return last >= (cut.transient + cut.duration) / 2

@@ -1,12 +1,15 @@
 """Figs. 11 and 12: a transient, and the transition without noise."""
 
+from contextlib import suppress
+
 import numpy as np
 
 from beltrepro.base.errors import NotEnoughDataError
-from beltrepro.replication.drawing import marks, panels, style
+from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.ledger import printed
+from beltrepro.replication.verdicts.motions import N_BLOCKS
 from beltrepro.stats import motion, sections
 
 FIGURES = {
@@ -54,24 +57,20 @@ def fig11(data):
     series = data["u20"]
     time, position, relative = panels.last_block(series)
     orbit = measure.settled_orbit(time, series.arrays["positions"], series.arrays["velocities"])
-    last_stick = _last_stick(time, relative)
-    end = orbit.since if orbit else last_stick
-    length = max(ZOOM, PERIODS * orbit.period) if orbit else ZOOM
+    stuck = np.flatnonzero(np.abs(relative) < 1e-9)
+    last_stick = float(time[stuck[-1]]) if stuck.size else 0.0
+    end, period = orbit or (last_stick, 0.0)
+    length = max(ZOOM, PERIODS * period)
     shown = time <= (1 + AFTER) * end + length
     time, position, relative = time[shown], position[shown], relative[shown]
 
-    figure = style.page(4.2)
-    places = figure.subplot_mosaic([["a", "a"], ["b", "b"], ["c", "d"]], height_ratios=(1, 1, 1.2))
-    for mark, axes in places.items():
-        panels.letter(axes, mark)
-        axes.set_xlabel("" if mark == "a" else panels.TIME)
-    for mark, inset, values, label in (
-        ("a", "c", position, panels.POSITION),
-        ("b", "d", relative, panels.RELATIVE_VELOCITY),
+    figure, (above, below, *insets) = panels.page(4.2, "aa;bb;cd", height_ratios=(1, 1, 1.2))
+    for axes, enlarged, values, label in (
+        (above, insets[0], position, panels.POSITION),
+        (below, insets[1], relative, panels.RELATIVE_VELOCITY),
     ):
-        axes, enlarged = places[mark], places[inset]
         panels.trace(axes, time, values, ylabel=label)
-        enlarged.set_ylabel(label)
+        enlarged.set(xlabel=panels.TIME, ylabel=label)
         if time.size:
             panels.zoom(axes, enlarged, time, values, (time[-1] - length, time[-1]))
             axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
@@ -79,36 +78,26 @@ def fig11(data):
                 axes.axvline(end, color=style.VERMILION, linestyle="--")
         else:
             panels.note(enlarged, "no samples")
+    below.set_xlabel(panels.TIME)
     if time.size:
-        _say(places, orbit, last_stick, sticks=last_stick > time[-1] - length)
-    return figure
-
-
-def _say(places, orbit, last_stick, *, sticks):
-    """What the motion does after its transient, and whether the paper's does the same."""
-    if orbit:
-        panels.remark(
-            places["a"], f"periodic from $t$ = {orbit.since:.0f} on, period {orbit.period:.1f}"
+        sticks = last_stick > time[-1] - length
+        words = f"last stick at $t$ = {last_stick:.0f}, no period found"
+        if orbit:
+            words = f"periodic from $t$ = {end:.0f} on, period {period:.1f}"
+        elif sticks:
+            words = "no end of the transient in this series"
+        panels.remark(above, words)
+        ours = (
+            "goes on sticking; in the paper it only slips"
+            if sticks
+            else "only slips, as in the paper"
         )
-    elif sticks:
-        panels.remark(places["a"], "no end of the transient in this series")
-    else:
-        panels.remark(places["a"], f"last stick at $t$ = {last_stick:.0f}, no period found")
-    if sticks:
-        panels.remark(places["b"], "the last block goes on sticking; in the paper it only slips")
-    else:
-        panels.remark(places["b"], "the last block only slips, as in the paper")
-
-
-def _last_stick(time, relative):
-    """Time at which the last block is last seen stuck."""
-    stuck = np.flatnonzero(np.abs(relative) < 1e-9)
-    return float(time[stuck[-1]]) if stuck.size else 0.0
+        panels.remark(below, f"the last block {ours}")
+    return figure
 
 
 # --- Fig. 12: the transition without noise --------------------------------------------------------
 
-N_BLOCKS = 5
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
@@ -127,23 +116,18 @@ _MARKERS = {motion.CHAOTIC: "o", motion.TRANSIENT: "^"}  # the rest, regular, ar
 @panels.draws(FIGURES)
 def fig12(data):
     """a: v_N at the section; b: r; c: mean lifetimes; d: largest exponent. Against u, no noise."""
-    figure = style.page(5.4)
-    heights = (1.5, 1.3, 0.9, 0.8)
-    top, disorder, lifetimes, bottom = figure.subplots(4, 1, sharex=True, height_ratios=heights)
-    for axes, mark in zip((top, disorder, lifetimes, bottom), "abcd", strict=True):
-        panels.letter(axes, mark)
-    row = sections.rows(data["n5_rows"], n_blocks=5, noise=0.0)
+    figure, (top, disorder, lifetimes, bottom) = panels.page(
+        5.4, "a;b;c;d", sharex=True, height_ratios=(1.5, 1.3, 0.9, 0.8)
+    )
+    row = sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=0.0)
     panels.band_diagram(top, row, size=2.0)
     panels.finish_diagram(top)
     top.set_ylabel(panels.VELOCITY)
     panels.remark(top, panels.section_name(row))
     _disorder(disorder, data)
-    if "n5_replicates_check" in data:
-        _mark_transition(disorder, measure.fall(data["n5_replicates_check"], 5, 0.0))
-    panels.printed_range(disorder, *PRINTED, f"paper: {PRINTED[0]} to {PRINTED[1]}")
     _lifetimes(lifetimes, data)
     lifetimes.set_ylabel(r"$\tau$")
-    _exponents(bottom, data["motion_map"])
+    _exponents(bottom, data["motion_map"].arrays)
     panels.legend_above(bottom)
     bottom.set(xlabel=panels.BELT_VELOCITY, ylabel=r"$\lambda_1$", xlim=(0, None))
     figure.align_ylabels()
@@ -151,26 +135,23 @@ def fig12(data):
 
 
 def _disorder(axes, data):
-    """r of the row, over runs from other starts, and under those by the other integrator."""
+    """r of the row, over runs from other starts and their fall, under r by the other integrator."""
     starts = data.get("n5_replicates_check")
     if starts is not None:
-        axes.plot(
-            starts.arrays["belt_velocity"],
-            starts.arrays["disorder_parameter"],
-            ".",
-            color=style.GREY,
-            markersize=2.2,
-            markeredgewidth=0,
-            label="other starts",
-        )
+        look = {"color": style.GREY, "markersize": 2.2, "markeredgewidth": 0}
+        points = (starts.arrays[name] for name in ("belt_velocity", "disorder_parameter"))
+        axes.plot(*points, ".", label="other starts", **look)
     for scan, overlay in panels.layers(data, "n5_rows"):
-        row = sections.rows(scan, n_blocks=5, noise=0.0)
+        row = sections.rows(scan, n_blocks=N_BLOCKS, noise=0.0)
         points = row["belt_velocity"], row["disorder_parameter"]
         colour = style.ORANGE if overlay else style.BLUE
         label = "" if overlay else "as in the paper"
         panels.single_runs(axes, *points, 0, label=label, overlay=overlay, color=colour)
     panels.finish_curves(axes, xlabel="")
     panels.make_room(axes, above=0.22)
+    if starts is not None:
+        _mark_transition(axes, measure.fall(starts, N_BLOCKS, 0.0))
+    panels.printed_range(axes, *PRINTED, f"paper: {PRINTED[0]} to {PRINTED[1]}")
 
 
 def _mark_transition(axes, fall):
@@ -180,35 +161,27 @@ def _mark_transition(axes, fall):
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
     line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
     words = f"fall here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
-    marks.shown(region, "u-critical", "lower", "upper")
-    marks.shown(line, "u-critical", "critical")
+    panels.shows(region, "u-critical", "lower", "upper")
+    panels.shows(line, "u-critical", "critical")
     place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
     text = axes.text(0.98, 0.9, words, **place)
-    marks.shown(text, "u-critical", "lower", "upper", "critical")
+    panels.shows(text, "u-critical", "lower", "upper", "critical")
 
 
 def _lifetimes(axes, data):
-    looks = {
-        "irregular, exact": (style.BLUE, "o"),
-        "to the last stick, paper's scheme": (style.VERMILION, "s"),
-    }
-    makers = (
-        lambda: measure.until_settled(data["survival"], SPREAD),
-        lambda: measure.until_last_stick(data["lifetimes_wide"]),
-    )
-    for (label, (colour, marker)), maker in zip(looks.items(), makers, strict=True):
-        place, mean, low, high = _means(maker)
-        look = {"color": colour, "linestyle": "none", "elinewidth": 0.8}
-        ended = np.isfinite(high) & (low > 0)
-        if ended.any():
-            middle = mean[ended]
-            bars = middle - low[ended], high[ended] - middle
-            look_of_means = look | {"marker": marker, "markersize": 2.2, "label": label}
-            axes.errorbar(place[ended], middle, bars, **look_of_means)
-        if (~ended).any():
-            name = "" if ended.any() else label
-            limits = place[~ended], low[~ended], low[~ended]
-            axes.errorbar(*limits, lolims=True, label=name, **look)
+    settled, last_stick = data["survival"], data["lifetimes_wide"]
+    for ends_of, label, colour, marker in (
+        (lambda: measure.until_settled(settled, SPREAD), "irregular, exact", style.BLUE, "o"),
+        (
+            lambda: measure.until_last_stick(last_stick),
+            "to the last stick, paper's scheme",
+            style.VERMILION,
+            "s",
+        ),
+    ):
+        place, *numbers = _means(ends_of)
+        look = {"color": colour, "marker": marker, "markersize": 2.2, "elinewidth": 0.8}
+        panels.intervals_or_limits(axes, place, *numbers, label=label, **look)
     if not axes.containers:
         panels.note(axes, "no run of the lifetimes lasts")
         return
@@ -219,44 +192,30 @@ def _lifetimes(axes, data):
     panels.legend_above(axes)
 
 
-def _means(maker):
+def _means(ends_of):
     """Belt velocities with a mean lifetime, its value and the ends of its interval."""
     rows = []
-    try:
-        runs = maker()
-    except NotEnoughDataError:
-        return np.empty((4, 0))
-    for place in np.unique(runs.belt_velocity):
-        try:
-            lifetime = runs.mean(place, place)
-        except NotEnoughDataError:
-            continue
-        if lifetime.time > 0:
-            rows.append((place, lifetime.mean, lifetime.lower, lifetime.upper))
+    with suppress(NotEnoughDataError):
+        ends = ends_of()
+        for place in np.unique(ends.belt_velocity):
+            with suppress(NotEnoughDataError):
+                lifetime = ends.mean(place, place)
+                if lifetime.time > 0:
+                    rows.append((place, lifetime.mean, lifetime.lower, lifetime.upper))
     return np.array(rows).reshape(-1, 4).T
 
 
-def _exponents(axes, scan):
+def _exponents(axes, arrays):
     """Largest exponent of each run of five blocks against u, coloured by its motion."""
-    arrays = scan.arrays
-    of_size = arrays["n_blocks"] == N_BLOCKS
-    states = np.asarray(arrays["state"], dtype=str)
+    arrays = sections.select(arrays, arrays["n_blocks"] == N_BLOCKS)
     axes.axhline(0, color="0.5", linewidth=0.6, zorder=0)
     for state, colour in COLOURS.items():
-        chosen = of_size & (states == state)
-        if chosen.any():
-            axes.errorbar(
-                arrays["belt_velocity"][chosen],
-                arrays["largest_exponent"][chosen],
-                arrays["standard_error"][chosen],
-                fmt=_MARKERS.get(state, "s"),
-                color=colour,
-                markersize=2.4,
-                markeredgewidth=0,
-                elinewidth=0.5,
-                label=state,
-            )
-    if not of_size.any():
+        runs = sections.select(arrays, arrays["state"].astype(str) == state)
+        points = [runs[n] for n in ("belt_velocity", "largest_exponent", "standard_error")]
+        if points[0].size:
+            look = {"fmt": _MARKERS.get(state, "s"), "color": colour, "markersize": 2.4}
+            axes.errorbar(*points, markeredgewidth=0, elinewidth=0.5, label=state, **look)
+    if not arrays["n_blocks"].size:
         panels.note(axes, f"no run with N = {N_BLOCKS}")
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, LEAST_RANGE[0]), max(high, LEAST_RANGE[1]))
@@ -265,16 +224,21 @@ def _exponents(axes, scan):
 # --- Not in the paper as a figure: the critical velocity against noise and number of blocks -------
 
 NOISES = (0.0, 1.0)  # shown in b
+# Label, colour, marker and shift of each dataset; the claim, its variant and the names of its
+# estimates that have the same numbers.
 LOOKS = {
-    "n5_replicates": ("exact motion", style.BLUE, "o", 0.0),
-    "n5_replicates_check": ("scheme of the paper", style.VERMILION, "s", 0.08),
-    "n5_replicates_wide": ("scheme, wide starts", style.ORANGE, "^", 0.16),
-}
-# The claim, its variant and the names of its estimates that have the same numbers.
-CLAIMS = {
-    "n5_replicates": ("uc-of-sigma", "exact dynamics", "u_c({:g})"),
-    "n5_replicates_check": ("u-critical", "", "critical"),
-    "n5_replicates_wide": ("u-critical", "wider starts", "critical"),
+    "n5_replicates": (
+        *("exact motion", style.BLUE, "o", 0.0),
+        *("uc-of-sigma", "exact dynamics", "u_c({:g})"),
+    ),
+    "n5_replicates_check": (
+        *("scheme of the paper", style.VERMILION, "s", 0.08),
+        *("u-critical", "", "critical"),
+    ),
+    "n5_replicates_wide": (
+        *("scheme, wide starts", style.ORANGE, "^", 0.16),
+        *("u-critical", "wider starts", "critical"),
+    ),
 }
 
 
@@ -282,10 +246,7 @@ CLAIMS = {
 def critical_velocity(data):
     """a: u_c against sigma for five blocks; b: u_c and the region against N for each noise."""
     table = data["critical_velocities"]
-    figure = style.page(4.4)
-    left, right = figure.subplots(2, 1)
-    panels.letter(left, "a")
-    panels.letter(right, "b")
+    figure, (left, right) = panels.page(4.4, "a;b")
     left.set(xlabel=panels.NOISE, ylabel="$u_c$")
     right.set(xlabel="$N$", ylabel="$u_c$")
     _against_noise(left, table[table["n_blocks"] == N_BLOCKS])
@@ -298,14 +259,12 @@ def critical_velocity(data):
 
 
 def _against_noise(axes, table):
-    for name, (label, colour, marker, shift) in LOOKS.items():
+    for name, (label, colour, marker, shift, claim, variant, estimate) in LOOKS.items():
         rows = table[table["dataset"] == name]
         points = _points(axes, rows["noise"] + shift, rows, label, color=colour, marker=marker)
         if points:
-            claim, variant, names = CLAIMS[name]
             noises = rows["noise"][rows["critical"].notna()]
-            shown = [names.format(noise) for noise in noises]
-            marks.shown(points, claim, *shown, variant=variant)
+            panels.shows(points, claim, *map(estimate.format, noises), variant=variant)
     values = printed("u-critical"), printed("uc-sigma22")["u_c"]
     axes.plot((0.0, 2.2), values, "x", color=style.BLACK, markersize=7, label="paper")
     _say_none(axes, table[table["dataset"] == "n5_replicates"], "noise", r"$\sigma$")

@@ -1,0 +1,158 @@
+"""Runs whose motion is named, and runs that were followed until it settled: what claims count.
+
+Irregular motion may end after any time. Here it counts as lasting if it is seen for LONG. Runs that
+are given up before, and those without an exponent above zero, are open: longer runs may show
+either, and the interval of a share covers both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from beltrepro.base.errors import require
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Evidence
+from beltrepro.stats import estimates, sections
+from beltrepro.stats.estimates import Estimate
+from beltrepro.stats.motion import CHAOTIC, PERIODIC, TRANSIENT, above_zero
+
+N_BLOCKS = 5
+LONG = 1e5  # ten times the longest mean lifetime of a transient that the paper allows
+# The runs of each reading: of the exact dynamics, the first dataset with runs at a point serves.
+SETTLING = {
+    SCHEME: ("survival_scheme",),
+    EXACT: ("survival_many", "survival_long", "survival"),
+}
+SPREAD = 10.0  # of their starts
+MINIMUM_EXPONENTS = 3
+
+
+# --- runs of a given length -----------------------------------------------------------------------
+
+
+def motions(
+    evidence: Evidence, n_blocks: int, low: float = 0.0, high: float = np.inf, *, besides: str = ""
+) -> pd.DataFrame:
+    """Runs of so many blocks with low <= u <= high: their motion, its returns, what is open.
+
+    At each u of `motion_map` there are as many as of the number of blocks that has the fewest: more
+    runs find more orbits, and those at one u often end alike.
+
+    besides : a dataset of kind settling, if there, whose runs count too. One that has not settled
+    is chaotic by its exponent. Its starts have another spread, so that no run counts twice.
+    """
+    every = evidence.dataset("motion_map").arrays
+    points = np.column_stack([every["n_blocks"], every["belt_velocity"]])
+    fewest = np.unique(points, axis=0, return_counts=True)[1].min(initial=len(points))
+    arrays, attributes = evidence.runs("motion_map", n_blocks=n_blocks)
+    first = np.unique(every["replicate"])[:fewest]
+    arrays = sections.select(arrays, np.isin(arrays["replicate"], first))
+    runs = _named(arrays["state"], arrays, attributes, low, high)
+    require(len(runs), f"no runs with N = {n_blocks}, {low:g} <= u <= {high:g}")
+    if not evidence.has(besides):
+        return runs
+    arrays, attributes = evidence.runs(besides, n_blocks=n_blocks, initial_spread=SPREAD)
+    exponent = (arrays[f"irregular_{name}"] for name in ("exponent", "error", "time"))
+    irregular = np.where(above_zero(*exponent), CHAOTIC, TRANSIENT)
+    names = np.where(arrays["settled"].astype(bool), arrays["state"].astype(str), irregular)
+    return pd.concat([runs, _named(names, arrays, attributes, low, high)])
+
+
+def _named(
+    names: np.ndarray, arrays: dict, attributes: dict, low: float, high: float
+) -> pd.DataFrame:
+    names = names.astype(str)
+    short = attributes["duration"] < LONG
+    is_open = (names == TRANSIENT) | ((names == CHAOTIC) & short)
+    runs = pd.DataFrame({"motion": names, "returns": arrays["period_returns"], "open": is_open})
+    return runs[between(arrays["belt_velocity"], low, high)]
+
+
+def share(runs: pd.DataFrame, motion: str) -> Estimate:
+    """Share of the runs with a motion of this name."""
+    return estimates.share_of((runs["motion"] == motion) & ~runs["open"], runs["open"])
+
+
+def in_words(runs: pd.DataFrame) -> str:
+    """How many runs have each motion, and how many are open."""
+    counts = runs.groupby("motion").size().items()
+    text = ", ".join(f"{count} {name}" for name, count in counts)
+    return f"{text} ({runs['open'].sum()} of {len(runs)} are open)"
+
+
+def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Mask of low <= value <= high, to the rounding of a grid."""
+    return (values >= low - 1e-9) & (values <= high + 1e-9)
+
+
+# --- runs that are followed until they settle -----------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Settling:
+    """Runs from random starts, followed until they settled or were given up."""
+
+    arrays: dict[str, np.ndarray]  # of kind settling
+    duration: float
+
+    @classmethod
+    def of(cls, evidence: Evidence, *names: str, **place: float) -> Settling:
+        """Runs of five blocks from the first of the datasets that has some at this place."""
+        place |= {"n_blocks": N_BLOCKS, "initial_spread": SPREAD}
+        arrays, attributes = evidence.runs(*names, **place)
+        arrays |= {"settled": arrays["settled"].astype(bool), "state": arrays["state"].astype(str)}
+        return cls(arrays, float(attributes["duration"]))
+
+    def where(self, chosen: np.ndarray) -> Settling:
+        """Some of the runs."""
+        return Settling(sections.select(self.arrays, chosen), self.duration)
+
+    def irregular_for(self, time: float) -> Estimate:
+        """Share of the runs that are irregular for a time or longer."""
+        lasting = self.arrays["lifetime"] >= time
+        return estimates.share_of(lasting, ~lasting & ~self.arrays["settled"])
+
+    @property
+    def ends_periodic(self) -> Estimate:
+        """Share of the runs that end in periodic stick-slip; those irregular for LONG do not."""
+        settled = self.arrays["settled"]
+        sticks = (self.arrays["state"] == PERIODIC) & (self.arrays["period_events"] > 0)
+        unknown = ~settled & (self.arrays["lifetime"] < LONG)
+        return estimates.share_of(settled & sticks, unknown)
+
+    @property
+    def half_life(self) -> Estimate:
+        """Time by which half of the runs have settled, or the whole time if fewer have."""
+        return estimates.sure(np.median(self.arrays["lifetime"]))
+
+    @property
+    def exponent(self) -> Estimate:
+        """Mean largest exponent of the irregular motion; absent if all settled too soon for one."""
+        return self._mean_over_runs(self.arrays["irregular_exponent"])
+
+    @property
+    def e_foldings(self) -> Estimate:
+        """Mean number of times by which a small deviation grows e-fold until a run settles."""
+        return self._mean_over_runs(self.arrays["irregular_exponent"] * self.arrays["lifetime"])
+
+    def _mean_over_runs(self, values: np.ndarray) -> Estimate:
+        values = values[np.isfinite(values)]
+        if values.size >= MINIMUM_EXPONENTS:
+            return estimates.mean(values)
+        settled = self.arrays["settled"]
+        require(settled.all(), f"{self.words}: longer runs are needed for an exponent")
+        return estimates.absent(settled.size)
+
+    @property
+    def words(self) -> str:
+        """How many runs settled, and after what time."""
+        settled, half = self.arrays["settled"], self.half_life.value
+        count = f"{settled.sum()} of {settled.size} runs settled within {self.duration:g}"
+        return f"{count}, half of all by {half:.0f}" if 2 * settled.sum() >= settled.size else count
+
+
+def settling(evidence: Evidence, names: tuple[str, ...]) -> Settling:
+    """Runs at the belt velocity of the claim, from the first of the datasets that has some."""
+    return Settling.of(evidence, *names, belt_velocity=evidence.claim.parameters["belt_velocity"])
