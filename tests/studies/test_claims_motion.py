@@ -27,7 +27,7 @@ from made_up import (
 
 def share_of(letters, motion=CHAOTIC, duration=CLEAR):
     evidence = Evidence({"motion_map": motion_map({5: letters}, duration=duration)}, {})
-    return motions.share(motions.motions(evidence, 5), motion)
+    return motions.share(motions.runs(evidence, 5), motion)
 
 
 def test_irregular_runs_without_an_exponent_are_open_and_widen_the_interval():

@@ -32,7 +32,7 @@ def grid(**levels):
 
 
 def settling(*, duration=1e6, lasts=None, runs=16, seed=11, **levels):
-    """Runs that settle at a constant rate, on one of two orbits, or in equilibrium slip.
+    """Runs that settle at a constant rate, periodic or in equilibrium slip.
 
     lasts : mean lifetime as a function of the columns.
     """
@@ -42,21 +42,15 @@ def settling(*, duration=1e6, lasts=None, runs=16, seed=11, **levels):
     lifetime = rng.exponential((lasts or mean_lifetime)(n, u))
     settled = lifetime < duration
     lifetime = np.minimum(lifetime, duration)
-    state = np.where(settled, np.where(u > 30, "equilibrium slip", "periodic"), "irregular")
-    periodic, other = state == "periodic", rng.random(n.size) < 0.3
     long_enough = lifetime > 2000
     error = 0.02 / np.sqrt(np.maximum(lifetime, 1.0))
     measured = exponent(n, u) + error * rng.standard_normal(n.size)
-    period = 40.0 + 3.1 * u + 65 * other
     ends = {
         "settled": settled,
         "lifetime": lifetime,
-        "state": state,
-        "period_time": np.where(periodic, period * (1 + 1e-9 * rng.random(n.size)), np.nan),
-        "period_events": np.where(periodic, 18 + 39 * other, 0),
-        "period_returns": np.where(periodic, 2 + 3 * other, 0),
-        "disorder_parameter": np.where(settled, 0.03 + 0.02 * other, 0.13),
-        "mean_length": 60.0 * n,
+        "state": np.select([~settled, u > 30], ["irregular", "equilibrium slip"], "periodic"),
+        "period_events": np.where(settled, 18, 0),
+        "period_returns": np.where(settled, 2, 0),
         "irregular_exponent": np.where(long_enough, measured, np.nan),
         "irregular_error": np.where(long_enough, error, np.nan),
         "irregular_time": lifetime,
@@ -93,12 +87,10 @@ def motion(*, runs=8, transient=2e5, seed=12, **levels):
     regular = np.where(u > 30, "equilibrium slip", "periodic")
     results = {
         "state": np.where(irregular, np.where(value > 1e-4, "chaotic", "transient"), regular),
-        "period_time": np.where(irregular, np.nan, 100.0),
         "period_events": np.where(irregular, 0, 50),
         "period_returns": np.where(irregular, 0, 5),
         "largest_exponent": value,
         "standard_error": np.full(n.size, 1e-5),
         "disorder_parameter": np.full(n.size, 0.1),
-        "mean_length": 60.0 * n,
     }
     return Dataset(columns | results, HOW | {"kind": "motion", "transient": transient})

@@ -86,9 +86,11 @@ class Cut:
         return mask
 
     def within(self, low: float, high: float) -> "Cut":
-        """The part of the points with low <= u <= high."""
-        part = sections.select(self.points, self.between(low, high))
-        return Cut(part, self.transient, self.duration)
+        """The part of the points with low <= u <= high, one at least."""
+        chosen = self.between(low, high)
+        place = f"u = {low:g}" if low == high else f"{low:g} <= u <= {high:g}"
+        require(chosen.any(), f"no runs at {place}")
+        return Cut(sections.select(self.points, chosen), self.transient, self.duration)
 
     def between(self, low: float, high: float) -> np.ndarray:
         """Mask of the points with low <= u <= high, as many at each u (`evenly`)."""

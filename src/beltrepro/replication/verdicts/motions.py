@@ -32,7 +32,7 @@ MINIMUM_EXPONENTS = 3
 # --- runs of a given length -----------------------------------------------------------------------
 
 
-def motions(
+def runs(
     evidence: Evidence, n_blocks: int, low: float = 0.0, high: float = np.inf, *, besides: str = ""
 ) -> pd.DataFrame:
     """Runs of so many blocks with low <= u <= high: their motion, its returns, what is open.
@@ -49,15 +49,15 @@ def motions(
     arrays, attributes = evidence.runs("motion_map", n_blocks=n_blocks)
     first = np.unique(every["replicate"])[:fewest]
     arrays = sections.select(arrays, np.isin(arrays["replicate"], first))
-    runs = _named(arrays["state"], arrays, attributes, low, high)
-    require(len(runs), f"no runs with N = {n_blocks}, {low:g} <= u <= {high:g}")
+    named = _named(arrays["state"], arrays, attributes, low, high)
+    require(len(named), f"no runs with N = {n_blocks}, {low:g} <= u <= {high:g}")
     if not evidence.has(besides):
-        return runs
+        return named
     arrays, attributes = evidence.runs(besides, n_blocks=n_blocks, initial_spread=SPREAD)
     exponent = (arrays[f"irregular_{name}"] for name in ("exponent", "error", "time"))
     irregular = np.where(above_zero(*exponent), CHAOTIC, TRANSIENT)
     names = np.where(arrays["settled"].astype(bool), arrays["state"].astype(str), irregular)
-    return pd.concat([runs, _named(names, arrays, attributes, low, high)])
+    return pd.concat([named, _named(names, arrays, attributes, low, high)])
 
 
 def _named(

@@ -103,7 +103,7 @@ def chaotic_by_look(evidence):
 def chaotic_motions(evidence):
     """Runs that are chaotic, and above u = 41, where this lasts, those irregular for a million."""
     below, above = evidence.claim.parameters["belt_velocity"].items()
-    runs = motions.motions(evidence, N_BLOCKS, *below[1], besides="survival")
+    runs = motions.runs(evidence, N_BLOCKS, *below[1], besides="survival")
     longest = Settling.of(evidence, "survival_long")
     longest = longest.where(between(longest.arrays["belt_velocity"], *above[1]))
     require(longest.arrays["settled"].size, f"survival_long has no runs at u = {above[0]}")
@@ -135,6 +135,6 @@ def bands_by_look(evidence):
 def bands_of_motions(evidence):
     """Chaotic and periodic motions for u <= 15."""
     ends = evidence.claim.parameters["belt_velocity"]
-    runs = motions.motions(evidence, N_BLOCKS, *ends, besides="survival_long")
+    runs = motions.runs(evidence, N_BLOCKS, *ends, besides="survival_long")
     shares = {name: motions.share(runs, name) for name in (CHAOTIC, PERIODIC)}
     return Measurement(shares, note=motions.in_words(runs))

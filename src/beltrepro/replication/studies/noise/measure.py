@@ -119,7 +119,6 @@ def typical_disorder(table: Cut, noise: float, time_step: float) -> Estimate:
 
 # --- laminar and chaotic phases: in which runs, with which spectra, and where in the map ----------
 
-LIKELY = (15.0, 20.0)  # velocities at which a deterministic run could be intermittent
 STRETCH_S = 2 * SEGMENT_S
 GROUPS = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 8.0))  # of sigma, without the lower end
 
@@ -128,13 +127,6 @@ def lasting(row):
     """Which runs are intermittent and do not leave chaos for good while they are measured."""
     last_half = row.transient + 0.5 * (row.duration - row.transient)
     return intermittent_mask(row.points) & (row.points["last_stick_time"] >= last_half)
-
-
-def share_without_noise(row):
-    """Share of the runs of a row without noise near the transition that are intermittent."""
-    near = row.between(*LIKELY)
-    require(near.any(), f"no runs at {LIKELY[0]:g} <= u <= {LIKELY[1]:g} without noise")
-    return share_of(lasting(row)[near])
 
 
 # --- spectra --------------------------------------------------------------------------------------
@@ -202,7 +194,7 @@ def region(evidence, low, high):
         also["at sigma = 0, u >= 44"] = share_of(mask[silent])
     return Measurement(
         {
-            "intermittent at sigma = 0": share_of(lasting(quiet)[quiet.between(0.0, np.inf)]),
+            "intermittent at sigma = 0": share_of(lasting(quiet.within(0.0, np.inf))),
             "width beyond 4 over width up to 4": estimates.ratio(strong, weak),
             "growth across 4 less twice that below": difference(across, below.scaled(2)),
         },

@@ -94,7 +94,7 @@ R_OF_U = {
 def small_n_regular(evidence, row_of):
     """Chaotic runs of two, three and four blocks, and how far r falls along u."""
     sizes = evidence.claim.parameters["n_blocks"]
-    runs = {n: motions.motions(evidence, n) for n in sizes}
+    runs = {n: motions.runs(evidence, n) for n in sizes}
     together = pd.concat(runs.values())
     contrast = {f"contrast, N = {n}": measure.contrast(*row_of(evidence, n)) for n in sizes}
     also = {f"chaotic, N = {n}": motions.share(of_size, CHAOTIC) for n, of_size in runs.items()}
@@ -126,7 +126,7 @@ def chaos_by_look(evidence):
 def chaos_by_motion(evidence):
     """The same of runs whose motion is named."""
     ends = _below_transition(evidence)
-    runs = {n: motions.motions(evidence, n, high=high) for n, high in ends.items()}
+    runs = {n: motions.runs(evidence, n, high=high) for n, high in ends.items()}
     shares = {
         n: tuple(motions.share(of_size, motion) for motion in (CHAOTIC, PERIODIC))
         for n, of_size in runs.items()
@@ -167,7 +167,7 @@ def _richest(evidence, names_of):
     near, others, ends = (
         evidence.claim.parameters[name] for name in ("near", "others", "belt_velocity")
     )
-    names = {n: names_of(motions.motions(evidence, n, *ends)) for n in (*near, *others)}
+    names = {n: names_of(motions.runs(evidence, n, *ends)) for n in (*near, *others)}
     codes = {n: np.unique(of_size, return_inverse=True)[1] for n, of_size in names.items()}
     require(any(runs.any() for runs in codes.values()), "all runs of all N are alike")
     return Measurement(

@@ -33,7 +33,7 @@ def u20_transient(evidence):
     """How long runs at u = 20 stick now and then, and whether they stop; r of the printed start."""
     measurement = _transients(evidence, "lifetimes")
     row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
-    disorder = row.disorder[row.between(20, 20)]
+    disorder = row.within(20, 20).disorder
     require(disorder.size == 1, f"{disorder.size} points of the row at u = 20, one is needed")
     return replace(measurement, also={"r from the declared start": estimates.sure(disorder.item())})
 
@@ -93,7 +93,7 @@ def r_jump(evidence, scan):
 def _sides(evidence, scan):
     """r of the runs at 12 <= u <= 15 and 18 <= u <= 21, and of those of small r, if there are."""
     row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
-    before, beyond = row.disorder[row.between(12, 15)], row.disorder[row.between(18, 21)]
+    before, beyond = row.within(12, 15).disorder, row.within(18, 21).disorder
     counts = f"{before.size} runs below the transition, {beyond.size} beyond it"
     require(min(before.size, beyond.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
     low = beyond[beyond < states.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
@@ -163,16 +163,14 @@ def outlying_runs(evidence):
 def _of_large_r(evidence, ends, least, *scans):
     """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
     rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
-    require(len(rows), f"this preset has no {' and no '.join(scans)}")
-    rows = [row.within(*ends) for row in rows]
+    rows = [row.within(*ends) for row in rows if row.between(*ends).any()]
+    place = f"{ends[0]:g} <= u <= {ends[1]:g}"
+    require(len(rows), f"no runs at {place} in {' or '.join(scans)}")
     disorder, look, velocity = (
         np.concatenate([getattr(row, name) for row in rows])
         for name in ("disorder", "states", "belt_velocity")
     )
-    require(
-        disorder.size >= least,
-        f"{disorder.size} runs at {ends[0]:g} <= u <= {ends[1]:g}, {least} are needed",
-    )
+    require(disorder.size >= least, f"{disorder.size} runs at {place}, {least} are needed")
     chaotic, *_ = _sides(evidence, RUNS[SCHEME])
     regular = np.isin(look, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
     return disorder > np.median(chaotic) / 2, regular, velocity
@@ -237,9 +235,8 @@ def _slips_on(evidence, scans, *, start_declared=False):
     shares = {}
     for name, scan in scans.items():
         row = evidence.row(N_BLOCKS, 0.0, scan=scan)
-        inside = row.between(*evidence.claim.parameters["belt_velocity"][name])
-        require(inside.any(), f"no runs for u = {name}")
-        last = np.nan_to_num(row.points["last_stick_time"][inside], nan=-np.inf)
+        row = row.within(*evidence.claim.parameters["belt_velocity"][name])
+        last = np.nan_to_num(row.points["last_stick_time"], nan=-np.inf)
         sticking = last >= (row.transient + row.duration) / 2
         unknown = sticking & (row.duration < LONG)
         share = estimates.share_of(~sticking, unknown)
