@@ -22,7 +22,7 @@ from beltrepro.replication.report.claim_results import compare, count, read, sta
 from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.material import WORDS
 from beltrepro.replication.report.page import SECTIONS
-from beltrepro.replication.studies.integrators import words as integrators
+from beltrepro.replication.studies.integrators import measure as integrators
 from beltrepro.replication.verdicts.criteria import range_in_words
 from beltrepro.replication.verdicts.ledger import load_ledger
 from pages import PIXEL, badge, badges, cards, cells, part, plain, typeset, words
