@@ -58,7 +58,10 @@ def read(path: str | os.PathLike) -> Dataset:
     try:
         with h5py.File(path, "r") as file:
             arrays = _arrays(file)
-            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            attributes = {
+                name: value.item() if isinstance(value, np.generic) else value
+                for name, value in file.attrs.items()
+            }
     except OSError as error:
         raise InputError(f"{path}: not a readable HDF5 file ({error})") from None
     attributes.pop("checksum", None)  # version 1.0 had one there
@@ -88,14 +91,6 @@ def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:
     """The dtype with text of one kind (U: unicode, S: bytes) turned into the other."""
     if dtype.names:
         return np.dtype([(name, _with_text(dtype[name], kind, other)) for name in dtype.names])
-    if dtype.subdtype:
-        base, shape = dtype.subdtype
-        return np.dtype((_with_text(base, kind, other), shape))
     if dtype.kind != kind:
         return dtype
     return np.dtype(f"{other}{dtype.itemsize // (4 if kind == 'U' else 1)}")
-
-
-def _plain(value: Any) -> Any:
-    value = value.item() if isinstance(value, np.generic) else value
-    return value.decode() if isinstance(value, bytes) else value
