@@ -499,7 +499,7 @@ def test_the_section_on_the_integrators_has_each_comparison(tmp_path):
         "differ": 2, "not measured": 0, "test": "Kolmogorov-Smirnov", "smallest_p": 0.004,
     }])  # fmt: skip
     runs = {"duration": 1000.0, "transient": 400.0, "replicate": list(range(32))}
-    datasets = dict.fromkeys(integrators.DATASETS.values(), runs)
+    datasets = dict.fromkeys((name for _, name in integrators.PARTS.values()), runs)
     settings = pages.SETTINGS | {"datasets": pages.SETTINGS["datasets"] | datasets}
     tables = {"agreement": comparisons, "families": families}
     section = part(written_with(tmp_path, settings=settings, **tables), "integrators")
