@@ -9,7 +9,6 @@ from beltrepro.replication.plan import io
 from beltrepro.replication.verdicts import measured
 from beltrepro.replication.verdicts.criteria import Measurement, bounds, names_in
 from beltrepro.replication.verdicts.ledger import load_ledger
-from beltrepro.replication.verdicts.measured import COLUMNS, ESTIMATE_COLUMNS
 from beltrepro.stats.estimates import Estimate, sure
 
 MISSING = "missing"  # in place of a verdict: open, because this preset has no data
@@ -40,10 +39,7 @@ def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
             readings[f"another reading of {index}"] = Measurement({}, {"other": sure(index)})
         rows.append(measured._row(claim, answers, []))
         estimates += measured._estimates(claim, answers, readings)
-    return (
-        pd.DataFrame(rows, columns=list(COLUMNS)),
-        pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
-    )
+    return pd.DataFrame(rows), pd.DataFrame(estimates)
 
 
 def write(folder: Path, verdicts=None) -> tuple[Path, Path]:

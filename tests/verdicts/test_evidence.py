@@ -76,15 +76,6 @@ def test_periodic_attractors_beyond_the_fall_are_outliers():
     row = Cut(points, 1e4, 3e4)
     assert np.flatnonzero(row.outliers).tolist() == [28, 29, 30, 31, 32]
     assert row.fall["critical"].value == pytest.approx(6, abs=0.5)
-    pairs = Cut(
-        {
-            name: values.reshape(10, 4, -1)[:, :2].reshape(20, *values.shape[1:])
-            for name, values in points.items()
-        },
-        1e4,
-        3e4,
-    )
-    assert np.flatnonzero(pairs.outliers).tolist() == [14, 15, 16]
     single = Cut({name: values[::4] for name, values in points.items()}, 1e4, 3e4)
     assert not single.outliers.any()
     # five of twelve runs that slip on at u = 3 are not most, so that the orbit at u = 4 counts

@@ -273,16 +273,6 @@ def test_what_cannot_be_tested_still_says_what_the_model_does(monkeypatch):
 # --- evidence -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("transient", "refused"), [(5000.0, False), (4999.0, True)])
-def test_short_transients_are_not_settled(transient, refused):
-    cut = evidence.Cut({}, transient, 1e4)
-    if refused:
-        with pytest.raises(NotEnoughDataError, match="scans/a discards a transient of 4999"):
-            evidence._settled(cut, "scans/a")
-    else:
-        assert evidence._settled(cut, "scans/a") is cut
-
-
 def test_runs_come_from_the_first_dataset_that_has_any():
     def dataset(n_blocks, place):
         arrays = {
@@ -300,7 +290,7 @@ def test_runs_come_from_the_first_dataset_that_has_any():
     assert data.used == ["b"]
     arrays, _ = data.runs("a", "b", n_blocks=6)
     assert arrays["u"].tolist() == [2.0] and data.used == ["b", "a"]
-    with pytest.raises(NotEnoughDataError, match=r"n_blocks = 7, u = 2\.5 in a or b"):
+    with pytest.raises(NotEnoughDataError, match=r"N = 7, u = 2\.5 in a or b"):
         data.runs("a", "b", n_blocks=7, u=2.5)
     datasets["b"].attributes["transient"] = 4999.0
     with pytest.raises(NotEnoughDataError, match="b discards a transient of 4999"):

@@ -2,14 +2,13 @@
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import NamedTuple
 
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io
 from beltrepro.replication.verdicts.criteria import (
-    ANSWER,
     IN_PART,
     NO,
     QUESTIONS,
@@ -48,6 +47,9 @@ class Answer:
     def judged(self) -> list[Number]:
         """The numbers that decide."""
         return [number for number in self.numbers.values() if number.verdict]
+
+
+_TEXTS = [text.name for text in fields(Answer)[1:-1]]
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ def _result(row: dict[str, str], numbers: list[dict[str, str]]) -> Result:
         readings[number["reading"]][number["name"]] = estimate
     answers = {}
     for question in QUESTIONS:
-        answer = Answer(*(row[f"{question}{end}"] for end in ANSWER), numbers={})
+        answer = Answer(row[question], *(row[f"{question}_{name}"] for name in _TEXTS), numbers={})
         for name, estimate in readings.get(answer.reading, {}).items():
             answer.numbers[name] = Number(name, estimate)
         for number in numbers:

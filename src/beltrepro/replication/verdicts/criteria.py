@@ -14,10 +14,6 @@ VERDICTS = (YES, IN_PART, NO, OPEN, NOT_TESTABLE)
 # What is asked of each statement: do the authors' protocol and reading give what they printed, and
 # does it stand with exact dynamics, independent starts and sound statistics?
 QUESTIONS = ("replicated", "robust")
-# Columns that each question has in the table of claims, behind its name; the first is the verdict.
-ANSWER = (
-    *("", "_found", "_reading", "_tried", "_how", "_criterion", "_because", "_reason", "_runs"),
-)
 _PLACE = re.compile(r"\{(?:(count|value|percent) )?([^{}]+)\}")
 _NEXT_SENTENCE = re.compile(r"(?<=\.) +(?=[A-Z{])")
 
@@ -85,29 +81,23 @@ def judge(criterion: Criterion, measurement: Measurement) -> Judgement:
     """
     if criterion.untestable:
         return Judgement(NOT_TESTABLE, reason=criterion.untestable)
-    numbers = measurement.numbers
-    components = {
-        name: _grade(numbers[name], bounds(allowed), bounds(criterion.lenient.get(name, allowed)))
-        for name, allowed in criterion.allowed.items()
-    }
-    reasons = [
-        f"{name}: {_reason(grade, numbers[name], criterion.allowed[name])}"
-        for name, grade in components.items()
-        if grade != YES
-    ]
-    return Judgement(_verdict(set(components.values())), components, "; ".join(reasons))
-
-
-def _verdict(grades: set[str]) -> str:
-    """One verdict from those of its numbers."""
-    if NO in grades:
-        return IN_PART if grades & {YES, IN_PART} else NO
-    return next((grade for grade in (OPEN, IN_PART) if grade in grades), YES)
+    grades, reasons = {}, []
+    for name, allowed in criterion.allowed.items():
+        estimate, lenient = measurement.numbers[name], criterion.lenient.get(name, allowed)
+        grades[name] = _grade(estimate, bounds(allowed), bounds(lenient))
+        if grades[name] != YES:
+            reasons.append(f"{name}: {_reason(grades[name], estimate, allowed)}")
+    of_all = set(grades.values())
+    if NO in of_all:
+        verdict = IN_PART if of_all & {YES, IN_PART} else NO
+    else:
+        verdict = next((grade for grade in (OPEN, IN_PART) if grade in of_all), YES)
+    return Judgement(verdict, grades, "; ".join(reasons))
 
 
 def _grade(estimate: Estimate, strict: tuple[float, float], lenient: tuple[float, float]) -> str:
-    low, high = estimate.low, estimate.high
-    if math.isnan(estimate.value) or math.isnan(low) or math.isnan(high):
+    value, low, high = estimate.numbers
+    if math.isnan(value) or math.isnan(low) or math.isnan(high):
         return OPEN
     if low >= strict[0] and high <= strict[1]:
         return YES
@@ -115,7 +105,7 @@ def _grade(estimate: Estimate, strict: tuple[float, float], lenient: tuple[float
         return NO
     if lenient == strict or low < lenient[0] or high > lenient[1]:
         return OPEN
-    return YES if strict[0] <= estimate.value <= strict[1] else IN_PART
+    return YES if strict[0] <= value <= strict[1] else IN_PART
 
 
 def _reason(grade: str, estimate: Estimate, allowed: Any) -> str:
@@ -123,10 +113,10 @@ def _reason(grade: str, estimate: Estimate, allowed: Any) -> str:
         return "not found"
     if grade == OPEN and estimate.runs == 1 and math.isinf(estimate.low):
         return f"{estimate.value:.3g} in one run, whose error is not known"
+    words = f"{estimate.words}, {range_in_words(allowed)} allowed"
     if grade == OPEN and estimate.still_open:
-        longer = f"{estimate.still_open} of {estimate.runs} runs must be longer to tell"
-        return f"{estimate.words}, {range_in_words(allowed)} allowed; {longer}"
-    return f"{estimate.words}, {range_in_words(allowed)} allowed"
+        return f"{words}; {estimate.still_open} of {estimate.runs} runs must be longer to tell"
+    return words
 
 
 # --- words ----------------------------------------------------------------------------------------

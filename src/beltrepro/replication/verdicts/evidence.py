@@ -1,6 +1,6 @@
 """Access of claim functions to datasets and tracks: what is missing is said in one line."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -157,40 +157,32 @@ class Evidence:
             )
             if chosen.any():
                 attributes = self.dataset(name).attributes
-                _settled(Cut({}, attributes.get("transient", np.inf), np.inf), name)
+                _settled(attributes.get("transient", np.inf), name)
                 return sections.select(arrays, chosen), attributes
-        place = ", ".join(f"{key} = {value:g}" for key, value in where.items())
-        raise NotEnoughDataError(f"no run with {place} in {' or '.join(names)}")
+        raise _nowhere(names, where)
 
-    @property
-    def laminar_time(self) -> float:
-        """Shortest laminar phase, from the configuration."""
-        return float(self.settings["defaults"]["laminar_time"])
-
-    def row(self, n_blocks: int, noise: float, *, scan: str | None = None) -> Cut:
+    def row(self, n_blocks: int, noise: float, *, scan: str = "") -> Cut:
         """The row of a number of blocks and a noise, from the first scan that has it."""
-        return self._first((scan,) if scan else SCANS_WITH_ROWS, n_blocks=n_blocks, noise=noise)
+        return self._cut((scan,) if scan else SCANS_WITH_ROWS, n_blocks=n_blocks, noise=noise)
 
-    def replicates(self, n_blocks: int, noise: float, *, scan: str | None = None) -> Cut:
+    def replicates(self, n_blocks: int, noise: float, *, scan: str = "") -> Cut:
         """The row with independent runs at each point, by one method for all noise levels."""
-        scans = (scan,) if scan else SCANS_WITH_REPLICATES
-        return self._first(scans, n_blocks=n_blocks, noise=noise)
+        return self._cut((scan,) if scan else SCANS_WITH_REPLICATES, n_blocks=n_blocks, noise=noise)
 
     def column(self, scan: str, n_blocks: int, belt_velocity: float) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""
-        return self._first((scan,), n_blocks=n_blocks, belt_velocity=belt_velocity)
+        return self._cut((scan,), n_blocks=n_blocks, belt_velocity=belt_velocity)
 
-    def _first(self, scans: tuple[str, ...], **where: float) -> Cut:
-        """The row or column from the first of the scans that has it."""
+    def _cut(self, scans: tuple[str, ...], **where: float) -> Cut:
         for name in filter(self.has, scans):
             key = (name, *where.items())
             if key not in self._cuts:
                 self._cuts[key] = Cut.of(self._datasets[name], **where)
             if len(self._cuts[key].belt_velocity):
                 self.dataset(name)
-                return _settled(self._cuts[key], name)
-        place = ", ".join(f"{_SYMBOLS[key]} = {value:g}" for key, value in where.items())
-        raise NotEnoughDataError(f"no runs with {place} in {' or '.join(scans)}")
+                _settled(self._cuts[key].transient, name)
+                return self._cuts[key]
+        raise _nowhere(scans, where)
 
     def values(self, scan: str, name: str) -> np.ndarray:
         """Distinct values of an array of a scan, e.g. the noise levels."""
@@ -200,29 +192,36 @@ class Evidence:
         """All points of a scan."""
         dataset = self.dataset(scan)
         cut = Cut(dataset.arrays, *_lengths(dataset))
-        return _settled(cut, scan) if settled else cut
+        if settled:
+            _settled(cut.transient, scan)
+        return cut
 
     def laminar_phases(self, name: str) -> np.ndarray:
         """Laminar phases (L, 2) of a series after its transient: begin and end."""
         dataset = self.dataset(name)
         transient, duration = _lengths(dataset)
         events, n_blocks = dataset.arrays["events"], dataset.attributes["n_blocks"]
+        shortest = float(self.settings["defaults"]["laminar_time"])
         return intermittency.last_block_phases(
-            events, n_blocks, self.laminar_time, start=transient, stop=duration
+            events, n_blocks, shortest, start=transient, stop=duration
         )
 
 
-def _lengths(dataset):
+def _lengths(dataset) -> tuple[float, float]:
     return float(dataset.attributes["transient"]), float(dataset.attributes["duration"])
 
 
-def _settled(cut, name):
+def _settled(transient: float, name: str) -> None:
     require(
-        cut.transient >= SETTLED_TRANSIENT,
-        f"{name} discards a transient of {cut.transient:g}; chaotic transients last longer, "
+        transient >= SETTLED_TRANSIENT,
+        f"{name} discards a transient of {transient:g}; chaotic transients last longer, "
         f"{SETTLED_TRANSIENT:g} is the least",
     )
-    return cut
+
+
+def _nowhere(names: Iterable[str], where: dict[str, float]) -> NotEnoughDataError:
+    place = ", ".join(f"{_SYMBOLS.get(key, key)} = {value:g}" for key, value in where.items())
+    return NotEnoughDataError(f"no runs with {place} in {' or '.join(names)}")
 
 
 def by_point(arrays: dict[str, np.ndarray], *names: str) -> Iterator[tuple[dict, np.ndarray]]:

@@ -8,27 +8,19 @@ import pandas as pd
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.plan import registry
-from beltrepro.replication.verdicts import criteria
 from beltrepro.replication.verdicts.criteria import (
-    ANSWER,
+    NOT_TESTABLE,
     OPEN,
-    QUESTIONS,
     Criterion,
     Judgement,
     Measurement,
+    bounds,
+    judge,
+    sentence,
+    show,
 )
 from beltrepro.replication.verdicts.evidence import Evidence
 from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger, readings_of
-
-COLUMNS = (
-    *("id", "figure", "kind", "says", "statement", "paper"),
-    *(f"{question}{column}" for question in QUESTIONS for column in ANSWER),
-    *("seen", "note", "dataset"),
-)
-ESTIMATE_COLUMNS = (
-    *("id", "reading", "name", "value", "low", "high", "runs"),
-    *("decides", "allowed_low", "allowed_high", "verdict", "figures"),
-)
 
 
 class Measured(NamedTuple):
@@ -38,6 +30,15 @@ class Measured(NamedTuple):
     # A row for each number of each reading; one that decides has the question for which it does
     # (both, if by the same range), what is allowed, and what that makes of it.
     estimates: pd.DataFrame
+
+
+class Judged(NamedTuple):
+    """A criterion, and what it makes of its reading."""
+
+    criterion: Criterion
+    reading: str
+    measurement: Measurement
+    judgement: Judgement
 
 
 def measure(datasets: dict, settings: dict) -> Measured:
@@ -50,33 +51,7 @@ def measure(datasets: dict, settings: dict) -> Measured:
         answers = {name: _judged(criterion, readings) for name, criterion in claim.criteria.items()}
         rows.append(_row(claim, answers, evidence.used))
         estimates += _estimates(claim, answers, readings)
-    return Measured(
-        pd.DataFrame(rows, columns=list(COLUMNS)),
-        pd.DataFrame(estimates, columns=list(ESTIMATE_COLUMNS)),
-    )
-
-
-class Judged(NamedTuple):
-    """A criterion, and what it makes of its reading."""
-
-    criterion: Criterion
-    reading: str
-    measurement: Measurement
-    judgement: Judgement
-
-    @property
-    def found(self) -> str:
-        """What was found, as a sentence; without numbers, why there are none."""
-        if not self.measurement.numbers:
-            return self.judgement.reason
-        return criteria.sentence(self.criterion.found, self.measurement.numbers)
-
-    @property
-    def runs(self) -> int | None:
-        """Independent runs of the number that rests on fewest; None if none does on runs."""
-        numbers = self.measurement.numbers
-        runs = (numbers[name].runs for name in self.judgement.components)
-        return min((count for count in runs if count is not None), default=None)
+    return Measured(pd.DataFrame(rows), pd.DataFrame(estimates))
 
 
 def _readings(evidence: Evidence, claim: Claim) -> dict[str, Measurement | str]:
@@ -102,52 +77,68 @@ def _judged(criterion: Criterion, readings: dict[str, Measurement | str]) -> Jud
     if isinstance(readings.get(""), str):
         name = ""  # no reading at all could be measured
     measurement = readings[name]
-    if isinstance(measurement, str) and not criterion.untestable:
-        return Judged(criterion, name, Measurement(), Judgement(OPEN, reason=measurement))
-    measurement = Measurement() if isinstance(measurement, str) else measurement
-    return Judged(criterion, name, measurement, criteria.judge(criterion, measurement))
+    if not isinstance(measurement, str):
+        return Judged(criterion, name, measurement, judge(criterion, measurement))
+    reason = criterion.untestable or measurement
+    verdict = NOT_TESTABLE if criterion.untestable else OPEN
+    return Judged(criterion, name, Measurement(), Judgement(verdict, reason=reason))
 
 
 def _row(claim: Claim, answers: dict[str, Judged], used: list[str]) -> dict[str, str]:
-    notes = (answer.measurement.note for answer in answers.values())
+    """A row of claims.csv."""
     row = {
         "id": claim.id,
-        "figure": "" if claim.figure is None else str(claim.figure),
+        "figure": str(claim.figure or ""),
         "kind": claim.kind,
         "says": claim.says,
         "statement": claim.statement,
-        "paper": criteria.show(claim.paper),
+        "paper": show(claim.paper),
+    }
+    for question, (criterion, reading, measurement, judgement) in answers.items():
+        numbers = measurement.numbers
+        runs = [numbers[name].runs for name in judgement.components]
+        fewest = min((count for count in runs if count is not None), default="")
+        row |= {
+            question: judgement.verdict,
+            f"{question}_found": sentence(criterion.found, numbers)
+            if numbers
+            else judgement.reason,
+            f"{question}_reading": reading,
+            f"{question}_tried": str(criterion.tried),
+            f"{question}_how": criterion.how,
+            f"{question}_criterion": criterion.ranges,
+            f"{question}_because": criterion.because,
+            f"{question}_reason": judgement.reason,
+            f"{question}_runs": str(fewest),
+        }
+    notes = (answer.measurement.note for answer in answers.values())
+    return row | {
         "seen": claim.seen,
         "note": ". ".join(dict.fromkeys(filter(None, notes))),
         "dataset": ", ".join(used or claim.needs),
     }
-    for question, answer in answers.items():
-        cells = (
-            answer.judgement.verdict, answer.found, answer.reading, str(answer.criterion.tried),
-            answer.criterion.how, answer.criterion.ranges, answer.criterion.because,
-            answer.judgement.reason, "" if answer.runs is None else str(answer.runs),
-        )  # fmt: skip
-        row |= {f"{question}{end}": cell for end, cell in zip(ANSWER, cells, strict=True)}
-    return row
 
 
 def _estimates(
     claim: Claim, answers: dict[str, Judged], readings: dict[str, Measurement | str]
 ) -> Iterator[dict[str, object]]:
-    """A row for each number of each reading; two where the questions have different ranges."""
+    """Rows of estimates.csv: each number of each reading; twice if questions judge it otherwise."""
     first = next(iter(readings))
     for reading, measurement in readings.items():
-        if isinstance(measurement, str):
-            continue
-        for name, estimate in measurement.numbers.items():
+        for name, estimate in () if isinstance(measurement, str) else measurement.numbers.items():
             deciding: dict[tuple, list[str]] = {}
             for question, answer in answers.items():
                 if answer.reading == reading and name in answer.judgement.components:
-                    low, high = criteria.bounds(answer.criterion.allowed[name])
-                    key = low, high, answer.judgement.components[name]
+                    allowed = bounds(answer.criterion.allowed[name])
+                    key = *allowed, answer.judgement.components[name]
                     deciding.setdefault(key, []).append(question)
             shown = registry.figures_with(claim.id, "" if reading == first else reading, name)
             for key, questions in (deciding or {(math.nan, math.nan, ""): []}).items():
-                cells = (claim.id, reading, name, *estimate.numbers, estimate.runs)
-                cells += (", ".join(questions), *key, ", ".join(shown))
-                yield dict(zip(ESTIMATE_COLUMNS, cells, strict=True))
+                yield {
+                    **{"id": claim.id, "reading": reading, "name": name},
+                    **estimate.named("value", "low", "high"),
+                    "runs": estimate.runs,
+                    "decides": ", ".join(questions),
+                    **dict(zip(("allowed_low", "allowed_high", "verdict"), key, strict=True)),
+                    "figures": ", ".join(shown),
+                }
