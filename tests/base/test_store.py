@@ -71,7 +71,7 @@ def spec_of(batch=None, **changes):
     presets = {"own": {"defaults": defaults, "datasets": {"rows": point | changes}}}
     config = {"preset": "own", "seed": 3, "datasets": {}, "presets": presets}
     plan = make_plan(config)
-    return plan.dataset_spec("rows") if batch is None else plan.batch_spec("rows", f"{batch:04d}")
+    return plan.spec("rows") if batch is None else plan.spec("rows", f"{batch:04d}")
 
 
 def arrays_of(batch_spec, **more):

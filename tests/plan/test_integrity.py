@@ -38,7 +38,7 @@ def arrays_of(points, noise=0.0, seed=1):
 
 
 def write(path, made, **arrays):
-    spec = made.dataset_spec("rows")
+    spec = made.spec("rows")
     points = made.datasets["rows"].points
     files.write(path, spec, arrays_of(points, **arrays))
     return files.expected(spec)
@@ -245,7 +245,7 @@ def test_short_runs_agree_closely_elsewhere(tmp_path):
 
 def test_columns_of_quantities_agree_everywhere(results):
     folder, compare = results
-    spec = plan().dataset_spec("rows")
+    spec = plan().spec("rows")
     arrays = arrays_of(plan().datasets["rows"].points)
     arrays["belt_velocity"] = np.nextafter(arrays["belt_velocity"], 100.0)
     files.write(folder / "datasets" / "rows.h5", spec, arrays)

@@ -28,7 +28,7 @@ DAMAGED = "damaged: its bytes do not have their checksum; to make it again: rm "
 def write(path):
     """A small dataset; what its file must say of itself."""
     plan = small_plans.planned(name="rows", n_blocks=5, belt_velocity=[5, 10], duration=2000)
-    spec, points = plan.dataset_spec("rows"), plan.datasets["rows"].points
+    spec, points = plan.spec("rows"), plan.datasets["rows"].points
     files.write(path, spec, columns(points) | {"disorder_parameter": np.array([0.1, 0.2])})
     return files.expected(spec)
 

@@ -18,8 +18,8 @@ from beltrepro.base.errors import InputError
 from beltrepro.model.units import to_si
 from beltrepro.replication.plan import files, inputs, kinds, tables
 from beltrepro.replication.plan.config import Settings, load_config
-from beltrepro.replication.plan.kinds import KINDS, SETTINGS
-from beltrepro.replication.plan.points import CHAIN, QUANTITIES, REQUIRED, points_of
+from beltrepro.replication.plan.kinds import KINDS
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES, REQUIRED, SETTINGS, points_of
 from beltrepro.replication.plan.workflow import Workflow
 
 ROOT = Path(__file__).parents[2]
@@ -69,7 +69,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
         return {}
 
     monkeypatch.setattr(kinds, "resolve_name", {KINDS[kind].record: recording}.__getitem__)
-    whole = planned(kind).batch_spec("one", "0000")
+    whole = planned(kind).spec("one", "0000")
     names = [*QUANTITIES, *KINDS[kind].settings]
     heard = set()
     for spec in (whole, *(changed(whole, name) for name in names)):
@@ -103,7 +103,7 @@ def test_defaults_of_settings_are_those_of_the_functions_that_get_them():
 
 @pytest.mark.parametrize("name", [*QUANTITIES, *KINDS["scan"].settings, "dataset", "run", "preset"])
 def test_whatever_a_batch_is_told_is_known_of_its_file(tmp_path, name):
-    spec = planned().batch_spec("one", "0000")
+    spec = planned().spec("one", "0000")
     other = changed(spec, name) if name in QUANTITIES | SETTINGS else spec | {name: "other"}
     arrays = {"mean_length": np.array([1.0, 2.0])}
     arrays = kinds.columns(points_of(spec["points"])) | arrays
@@ -140,14 +140,14 @@ def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
     plan = planned()
     paths, expected, points = [], [], []
     for name, batch in plan.datasets["one"].batches.items():
-        spec = plan.batch_spec("one", name)
+        spec = plan.spec("one", name)
         paths.append(tmp_path / f"{name}.h5")
         expected.append(files.expected(spec))
         points += batch
         arrays = {"mean_length": np.array([point.belt_velocity for point in batch])}
         files.write(paths[-1], spec, kinds.columns(batch) | arrays)
     assert [len(batch) for batch in plan.datasets["one"].batches.values()] == [2, 1]
-    join, spec = script("join")["join"], plan.dataset_spec("one")
+    join, spec = script("join")["join"], plan.spec("one")
     join(paths, expected, spec, tmp_path / "one.h5")
     whole = files.read(tmp_path / "one.h5", files.expected(spec))
     assert whole.arrays["mean_length"].tolist() == [point.belt_velocity for point in points]
@@ -171,7 +171,7 @@ def test_a_dataset_is_joined_from_its_batches_in_their_order(tmp_path):
 def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, method, words):
     plan = planned(noise=noise, method=method)
     arrays = kinds.columns(plan.datasets["one"].points)
-    files.write(tmp_path / "one.h5", plan.dataset_spec("one"), arrays)
+    files.write(tmp_path / "one.h5", plan.spec("one"), arrays)
     assert files.read_any(tmp_path / "one.h5").attributes["method"] == words
 
 
@@ -179,7 +179,7 @@ def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, m
 def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
     lengths = {"duration": 900, "transient": 340}
     plan = planned(n_blocks=[3, 13], belt_velocity={3: [5, 7], 13: 6}, **lengths)
-    specs = [plan.batch_spec("one", name) for name in plan.datasets["one"].batches]
+    specs = [plan.spec("one", name) for name in plan.datasets["one"].batches]
     parts = []
     for spec in specs:
         arrays = kinds.record("scan", points_of(spec["points"]), spec["settings"])
@@ -194,7 +194,7 @@ def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
 @pytest.mark.slow
 def test_a_film_is_taken_as_told(tmp_path):
     plan = planned("series", n_blocks=2, belt_velocity=5, sample_interval=0.5448376, noise=0)
-    spec = plan.dataset_spec("one")
+    spec = plan.spec("one")
     points = plan.datasets["one"].points
     data = kinds.record("series", points, spec["settings"])
     files.write(tmp_path / "one.h5", spec, data)
@@ -239,8 +239,8 @@ def test_the_lineage_of_a_result_names_every_dataset_behind_it(tmp_path):
     behind = {"first": {"u1": {"digest": "a"}, "u2": {"digest": "b"}}, "last": {"u3": {}}}
     for name, origins in behind.items():
         tables.write(paths[name], frame, title="T.", columns={}, sources={}, lineage=origins)
-    files.write(paths["one"], plan.dataset_spec("one"), kinds.columns(plan.datasets["one"].points))
-    expected = {"one": files.expected(plan.dataset_spec("one"))}
+    files.write(paths["one"], plan.spec("one"), kinds.columns(plan.datasets["one"].points))
+    expected = {"one": files.expected(plan.spec("one"))}
     lineage = inputs.lineage(paths, inputs.load(paths, expected))
     assert list(lineage) == ["one", "u1", "u2", "u3"]
     assert lineage["u1"] == {"digest": "a"} and lineage["one"]["config"]["dataset"] == "one"

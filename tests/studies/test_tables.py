@@ -4,6 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
+import yaml
 
 import figure_data as made
 from alternating import studies
@@ -141,7 +142,7 @@ def test_words_beside_a_module_are_those_of_its_figures_and_tables(tmp_path):
 
 def test_no_words_are_of_a_figure_or_table_that_is_not_there():
     for path in registry.STUDIES.rglob("words.yaml"):
-        words, study = registry._words(path), path.parent.name
+        words, study = yaml.safe_load(path.read_text("utf-8")), path.parent.name
         for section, entries in (("figures", registry.figures()), ("tables", TABLES)):
             there = {name for name, one in entries.items() if f".{study}." in one.module}
             assert set(words.get(section, {})) <= there
@@ -149,10 +150,12 @@ def test_no_words_are_of_a_figure_or_table_that_is_not_there():
 
 def test_tables_have_names_of_their_own(tmp_path):
     entry = "Table(title='A.', uses=())"
-    (tmp_path / "one.py").write_text(f"\nTABLES = {{'b': {entry}, 'a': {entry}}}")
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "one" / "measure.py").write_text(f"\nTABLES = {{'b': {entry}, 'a': {entry}}}")
     assert list(registry.tables(tmp_path)) == ["a", "b"]
     registry.tables.cache_clear()
-    (tmp_path / "two.py").write_text(f"\nTABLES = {{'c': {entry}, 'b': {entry}}}")
-    with pytest.raises(InputError, match=r"/two.py: TABLES .*'b' is an entry of .*one as well"):
+    (tmp_path / "two" / "measure.py").write_text(f"\nTABLES = {{'c': {entry}, 'b': {entry}}}")
+    with pytest.raises(InputError, match=r"two/measure.py: TABLES .*'b' is an entry of .*one"):
         registry.tables(tmp_path)
     registry.tables.cache_clear()

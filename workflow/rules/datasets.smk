@@ -15,7 +15,7 @@ rule simulate:
     conda:
         "../envs/beltrepro.yaml"
     params:
-        spec=lambda wildcards: FLOW.plan.batch_spec(wildcards.dataset, wildcards.batch),
+        spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.batch),
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
@@ -37,7 +37,7 @@ rule join:
     conda:
         "../envs/beltrepro.yaml"
     params:
-        spec=lambda wildcards: FLOW.plan.dataset_spec(wildcards.dataset),
+        spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset),
         expected=FLOW.expected_batches,
         code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.files"),
     message:

@@ -18,7 +18,7 @@ rule film:
     conda:
         "../envs/beltrepro.yaml"
     params:
-        spec=lambda wildcards: FLOW.plan.films[wildcards.film].spec(),
+        spec=lambda wildcards: FLOW.plan.films[wildcards.film],
         expected=FLOW.expected_of_sources,
         code=lambda wildcards: FLOW.code(
             "film",

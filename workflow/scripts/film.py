@@ -12,7 +12,7 @@ from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.track import track
 from beltrepro.replication.plan import inputs, scripting
 from beltrepro.replication.plan.described import describe
-from beltrepro.replication.plan.filming import FILM, NEEDED
+from beltrepro.replication.plan.kinds import FILM, FILMED
 
 COLUMNS = {
     "time_s": "instant of the frame, seconds from the beginning of the film",
@@ -21,10 +21,10 @@ COLUMNS = {
 
 
 def take(paths: dict, expected: dict, spec: dict, video: Path, table: Path) -> None:
-    """Film the one dataset in `paths`, and track; spec : what `PlannedFilm.spec` says."""
+    """Film the one dataset in `paths`, and track; spec : as in `Plan.films`."""
     data = inputs.load(paths, expected)
     (series,) = data.values()
-    samples = {name: series.arrays[name] for name in ("time", *NEEDED)}
+    samples = {name: series.arrays[name] for name in ("time", *FILMED)}
     movement = Movement(
         to_si(samples["time"], "time"),
         to_si(samples["positions"], "length"),

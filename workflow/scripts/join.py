@@ -8,7 +8,7 @@ def join(paths: list, expected: list[dict], spec: dict, output) -> None:
     """Join files in their order.
 
     expected : what each of them must say of itself.
-    spec : what the whole is, see `Plan.dataset_spec`.
+    spec : what the whole is, see `Plan.spec`.
     """
     parts = [files.read(path, one) for path, one in zip(paths, expected, strict=True)]
     arrays = files.join(parts, kinds.KINDS[spec["kind"]].arrays)

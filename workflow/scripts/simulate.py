@@ -6,7 +6,7 @@ from beltrepro.replication.plan.points import points_of
 
 
 def simulate(spec: dict, output, progress=None) -> None:
-    """Simulate what `Plan.batch_spec` says.
+    """Simulate what `Plan.spec` says.
 
     progress : called with the fraction done; a bar or log lines if not given.
     """

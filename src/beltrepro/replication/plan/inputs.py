@@ -9,7 +9,7 @@ from beltrepro.base import provenance, seal
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import described, files
-from beltrepro.replication.plan.filming import FILM, TRACK
+from beltrepro.replication.plan.kinds import FILM, TRACK
 
 
 def load(paths: dict[str, str | Path], expected: dict[str, dict]) -> dict:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from beltrepro.replication.plan import dependencies, files, registry
-from beltrepro.replication.plan.filming import FILM, TRACK
+from beltrepro.replication.plan.kinds import FILM, TRACK
 from beltrepro.replication.plan.plan import make_plan
 
 SCRIPTS = Path("workflow", "scripts")
@@ -23,9 +23,7 @@ class Workflow:
         self.plan = make_plan(config)
         self.tables, self.figures = registry.tables(), registry.figures()
         self.results = top / "results" / self.plan.run
-        self.filmed = {
-            f"{name}{end}": film for name, film in self.plan.films.items() for end in (FILM, TRACK)
-        }
+        self.filmed = {f"{name}{end}": name for name in self.plan.films for end in (FILM, TRACK)}
         self.judged = [*self.plan.datasets, *(f"{name}{TRACK}" for name in self.plan.films)]
         self._top = top
         self._known: dict[str, dict] = {}
@@ -51,7 +49,7 @@ class Workflow:
             return f"<results>/{self.tables[name].file(name)}.csv"
         if name in self.filmed:
             ending = ".mp4" if name.endswith(FILM) else ".csv"
-            return f"<results>/experiment/{self.filmed[name].name}{ending}"
+            return f"<results>/experiment/{self.filmed[name]}{ending}"
         return f"<results>/datasets/{name}.h5"
 
     def files_of(self, *names: str) -> dict[str, str]:
@@ -106,7 +104,7 @@ class Workflow:
 
     def _sources(self, wildcards: Any) -> Iterable[str]:
         if hasattr(wildcards, "film"):
-            return (self.plan.films[wildcards.film].dataset,)
+            return (wildcards.film,)
         if hasattr(wildcards, "figure"):
             return self.figures[wildcards.figure].uses
         return self.table(wildcards).uses
@@ -125,7 +123,7 @@ class Workflow:
         """Of the batches that are joined."""
         name = wildcards.dataset
         batches = self.plan.datasets[name].batches
-        return [files.expected(self.plan.batch_spec(name, batch)) for batch in batches]
+        return [files.expected(self.plan.spec(name, batch)) for batch in batches]
 
     def expected_of_sources(self, wildcards: Any) -> dict[str, dict]:
         """Of what a table or film is made from."""
@@ -154,10 +152,10 @@ class Workflow:
 
     def _made(self, name: str) -> dict:
         if name in self.plan.datasets:
-            return files.expected(self.plan.dataset_spec(name))
+            return files.expected(self.plan.spec(name))
         if name in self.filmed:
             film = self.filmed[name]
-            return self._of(self.expected(film.dataset) | {f"{film.name}{FILM}": film.spec()})
+            return self._of(self.expected(film) | {f"{film}{FILM}": self.plan.films[film]})
         return self.made_from(*self.tables[name].uses)
 
     def _of(self, sources: dict) -> dict:
