@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import recorded
+from beltrepro.base import seal
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.camera.track import Track
 from beltrepro.replication.camera.video import write_video
-from beltrepro.replication.plan import inputs
+from beltrepro.replication.plan import io
 from beltrepro.replication.studies.experiment.measure import (
     TABLES,
     longest_slip_of_all_s,
@@ -144,9 +145,11 @@ def test_table_has_a_row_for_each_film_with_its_errors():
 def test_films_and_tracks_are_read_by_their_names(tmp_path):
     frames = recorded.film(FULL["belt_028"], frames=5)
     write_video(tmp_path / "a.mp4", frames(), frames_per_second=RATE)
-    FULL["belt_028_track"].save(tmp_path / "a.csv")
-    paths = {"a_film": tmp_path / "a.mp4", "a_track": str(tmp_path / "a.csv")}
-    loaded = inputs.load(paths, {})
+    FULL["belt_028_track"].save(tmp_path / "a.csv", sources={"a": {}})
+    seal.put(tmp_path / "a.csv")
+    paths = {"a_film": str(tmp_path / "a.mp4"), "a_track": str(tmp_path / "a.csv")}
+    loaded, sources = io.load(paths)
+    assert sources == {"a": {}}
     times = [frame.time_s for frame in loaded["a_film"]()]
     assert times == pytest.approx(np.arange(5) / RATE, abs=1e-4)
     assert [frame.time_s for frame in loaded["a_film"]()] == times

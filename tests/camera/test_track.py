@@ -152,7 +152,7 @@ NO_BLOCK = [frame.picture for frame in pictures(MOVEMENT, scene=BLACK, camera=CA
     ("make", "words"),
     [
         (lambda path: path, "no such file"),
-        (lambda path: path.parent, "directory"),
+        (lambda path: path.parent, "a folder"),
         (lambda path: path.write_bytes(b"time_s,x_m\n0,1\n") and path, "not a video"),
         (lambda path: written(path, WHOLE[:1]), "found in 1 of 1 frames"),
         (lambda path: written(path, np.zeros((9, 64, 64), np.uint8)), "found in 0 of 9 frames"),

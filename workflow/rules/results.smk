@@ -2,12 +2,11 @@
 
 
 rule derive:
-    "Derive a table from datasets. Beside the CSV file lies what made it (CSV on the Web)."
+    "Derive a table from datasets."
     input:
-        unpack(FLOW.sources),
+        unpack(lambda wildcards: FLOW.files(FLOW.table(wildcards).uses)),
     output:
         table="<results>/{table}.csv",
-        about="<results>/{table}.csv-metadata.json",
     log:
         "<logs>/{table}.log",
     benchmark:
@@ -19,7 +18,6 @@ rule derive:
         module=lambda wildcards: FLOW.table(wildcards).module,
         title=lambda wildcards: FLOW.table(wildcards).title,
         columns=lambda wildcards: FLOW.table(wildcards).columns,
-        expected=FLOW.expected_of_sources,
         code=lambda wildcards: FLOW.code("derive", FLOW.table(wildcards).module),
     message:
         "Deriving {wildcards.table}.csv"
@@ -30,7 +28,7 @@ rule derive:
 rule draw:
     "Draw a figure as PNG and PDF."
     input:
-        unpack(FLOW.sources),
+        unpack(lambda wildcards: FLOW.files(FLOW.figures[wildcards.figure].uses)),
     output:
         png="<results>/figures/{figure}.png",
         pdf="<results>/figures/{figure}.pdf",
@@ -41,9 +39,12 @@ rule draw:
     conda:
         "../envs/beltrepro.yaml"
     params:
-        expected=FLOW.expected_of_figure,
         module=lambda wildcards: FLOW.figures[wildcards.figure].module,
-        code=FLOW.code_of_figure,
+        code=lambda wildcards: FLOW.code(
+            "figure",
+            FLOW.figures[wildcards.figure].module,
+            "beltrepro.replication.drawing.style",
+        ),
     message:
         "Drawing {wildcards.figure}"
     script:
@@ -73,7 +74,7 @@ for name, entry in FLOW.figures.items():
 rule agreement:
     "Whether the two integrators agree: agreement.csv and its figures."
     input:
-        FLOW.file_of("agreement"),
+        FLOW.made["agreement"],
         FLOW.drawn("png", "pdf", category="Integrators compared"),
     localrule: True
 
@@ -81,11 +82,10 @@ rule agreement:
 rule claims:
     "A verdict for every claim of the paper, and the numbers it rests on."
     input:
-        **FLOW.files_of(*FLOW.judged),
+        **FLOW.files(FLOW.judged),
     output:
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
-        about=[f"<results>/{name}.csv-metadata.json" for name in ("claims", "estimates")],
     log:
         "<logs>/claims.log",
     benchmark:
@@ -95,7 +95,6 @@ rule claims:
         "../envs/beltrepro.yaml"
     params:
         settings=FLOW.plan.settings(),
-        expected=FLOW.expected(*FLOW.judged),
         shown={name: figure.shows for name, figure in FLOW.figures.items()},
         code=lambda wildcards: FLOW.code("claims", "beltrepro.replication.studies.every_claim"),
     message:
@@ -107,8 +106,8 @@ rule claims:
 rule report:
     "One page with every figure, the table of claims and what was run: report.html."
     input:
-        **FLOW.files_of(*FLOW.tables),
-        datasets=FLOW.datasets(),
+        **FLOW.files(FLOW.tables),
+        datasets=FLOW.datasets.values(),
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
         figures=FLOW.drawn("png"),
@@ -125,7 +124,6 @@ rule report:
         preset=FLOW.plan.preset,
         settings=FLOW.plan.settings(),
         benchmarks=f"results/{RUN}/benchmarks",
-        expected=FLOW.expected_of_report(),
         code=lambda wildcards: FLOW.code("report", "beltrepro.replication.report.page", words=True),
     message:
         "Writing the report"

@@ -12,6 +12,7 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -52,9 +53,12 @@ class Track:
     zero: tuple[float, float] = (math.nan, math.nan)  # pixel of x = 0: column, as given, and row
     angle: float = math.nan  # by which the belt is turned in the picture, degrees, clockwise
 
-    def save(self, path: str | Path) -> None:
-        """Write the track as CSV: a line of settings, which begins with #, and two columns."""
-        settings = {
+    def save(self, path: str | Path, **about: Any) -> None:
+        """Write the track as CSV: a line that begins with #, and two columns.
+
+        about : what this line says besides the settings.
+        """
+        settings = about | {
             "lost_s": self.lost_s.tolist(),
             "metres_per_pixel": self.metres_per_pixel,
             "zero": self.zero,
@@ -79,10 +83,10 @@ class Track:
         except (InputError, csv.Error) as reason:
             raise InputError(f"{path}: {reason}") from None
         try:
-            settings = json.loads(remarks[0].lstrip("#"))
-            settings["lost_s"] = np.array(settings["lost_s"], dtype=float).reshape(-1, 2)
-            settings["zero"] = tuple(settings["zero"])
-            return cls(time_s, x_m, **settings)
+            said = json.loads(remarks[0].lstrip("#"))
+            lost_s = np.array(said["lost_s"], dtype=float).reshape(-1, 2)
+            scale, zero, angle = said["metres_per_pixel"], tuple(said["zero"]), said["angle"]
+            return cls(time_s, x_m, lost_s, scale, zero, angle)
         except (IndexError, KeyError, TypeError, ValueError):  # of another program
             return cls(time_s, x_m, np.empty((0, 2)))
 

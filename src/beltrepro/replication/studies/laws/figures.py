@@ -8,7 +8,7 @@ from matplotlib.patches import FancyArrowPatch
 from beltrepro.model.parameters import ChainParameters
 from beltrepro.model.spring import external_force, spring_force
 from beltrepro.replication.drawing import panels, style
-from beltrepro.replication.plan import files
+from beltrepro.replication.plan import io
 from beltrepro.replication.plan.registry import Figure
 
 FIGURES = {
@@ -70,7 +70,7 @@ def fig07(data):
         panel.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
-    chain = files.chain(series)
+    chain = io.chain(series)
     event = _choose_event(series)
     if event is None:
         panels.note(axes, "no complete stick-slip event in this series")
