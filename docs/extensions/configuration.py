@@ -29,8 +29,8 @@ def page() -> str:
     for kind in kinds.KINDS.values():
         settings = ", ".join(f"`{name}`" for name in kind.settings)
         rows = [
-            (f"`{one.name}`", plain(one.symbol), f"({', '.join(one.dimensions)})", plain(words))
-            for one in kind.recorded
+            (f"`{name}`", plain(one.symbol), f"({', '.join(one.dimensions)})", plain(words))
+            for name, one in kind.recorded.items()
             for words in [f"{one.description} {points.UNITS.get(one.unit, '')}"]
         ]
         heads = ["array", "symbol", "dimensions", "what it is, and its unit"]
@@ -62,7 +62,7 @@ def _allowed(about: dict) -> str:
         return " or ".join(map(_allowed, about["anyOf"]))
     if "$ref" in about:
         name = about["$ref"].rpartition("/")[2]
-        return "keys of a dataset" if name in ("Law", "Axes", "Defaults") else f"see {name}"
+        return "keys of a dataset" if name in ("Axes", "Defaults") else f"see {name}"
     values = about.get("enum") or ([about["const"]] if "const" in about else [])
     if values:
         return ", ".join(f"`{value}`" for value in values)

@@ -27,7 +27,7 @@ def write(folder, made, noise=0.0, **others):
     random = np.random.default_rng(1).standard_normal(len(points))
     disorder = np.linspace(0.1, 0.3, len(points)) * (1 + noise * random)
     arrays = columns(points) | {"disorder_parameter": disorder} | others
-    io.write(folder / "datasets" / "rows.h5", made.dataset_spec("rows"), arrays)
+    io.write(folder / "datasets" / "rows.h5", made.spec("rows"), arrays)
 
 
 def write_table(path, **columns):

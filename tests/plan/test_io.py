@@ -37,7 +37,7 @@ def write(path, spec):
 
 
 def test_a_file_says_what_it_holds_and_what_made_it(tmp_path):
-    path, spec = tmp_path / "0000.h5", plan().batch_spec("rows", "0000")
+    path, spec = tmp_path / "0000.h5", plan().spec("rows", "0000")
     said = write(path, spec).attributes
     words = {"dataset": "rows", "kind": "scan", "preset": "own", "run": "own", "method": "event"}
     assert said.items() >= (words | {"duration": 100.0, "seed": 3}).items()
@@ -57,7 +57,7 @@ def test_a_file_says_what_it_holds_and_what_made_it(tmp_path):
 
 def test_batches_are_joined_in_their_order(tmp_path):
     names = plan().datasets["rows"].batches
-    parts = [write(tmp_path / f"{name}.h5", plan().batch_spec("rows", name)) for name in names]
+    parts = [write(tmp_path / f"{name}.h5", plan().spec("rows", name)) for name in names]
     whole = io.join(parts, "scan")
     assert whole["n_blocks"].tolist() == [2, 2, 5, 5, 7, 7, 9, 9]
     assert whole["belt_velocity"].tolist() == [10, 20] * 4
@@ -121,7 +121,7 @@ def test_a_damaged_table_is_refused_and_one_of_version_1_0_is_read(tmp_path):
 
 
 def test_jobs_read_datasets_and_tables_and_what_is_behind_them(tmp_path):
-    written = write(tmp_path / "rows.h5", plan(points_per_job=99).batch_spec("rows", "0000"))
+    written = write(tmp_path / "rows.h5", plan(points_per_job=99).spec("rows", "0000"))
     for name, sources in (("first", {"u1": {}, "u2": {}}), ("last", {"u3": {}})):
         io.write_table(tmp_path / f"{name}.csv", pd.DataFrame({"a": [1]}), sources=sources, **ABOUT)
     paths = {name: str(tmp_path / name) for name in ("first.csv", "rows.h5", "last.csv")}

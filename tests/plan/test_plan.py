@@ -62,7 +62,6 @@ def test_grids():
     assert set(range(1, 51)) <= set(fine) & set(coarse), "equal points have equal bits"
     assert (fine[0], fine[-1], len(fine)) == (0.2, 50, 250)
     assert grid_values({"start": 1, "stop": 2, "step": 0.3}, "") == (1, 1.3, 1.6, 1.9)
-    assert grid_values(7, "") == (7,)
     assert grid_values([3, 1], "") == (1, 3)
 
 
@@ -86,38 +85,30 @@ AXES = {
 
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_any_quantity_can_be_an_axis(name):
-    points_made = single(**{name: AXES[name]}).points
     expected = [0.1, 0.5, 0.9] if name == "friction_ratio" else AXES[name]
-    assert [getattr(point, name) for point in points_made] == expected
+    assert [getattr(point, name) for point in single(**{name: AXES[name]}).points] == expected
 
 
 def test_defaults_are_those_of_the_library():
     (case,) = Setup([ChainParameters(n_blocks=2, belt_velocity=10)]).cases
     for name, default in DEFAULTS.items():
         parts = [part for part in (case, case.parameters, case.state) if hasattr(part, name)]
-        if name in ("n_blocks", "belt_velocity"):
-            assert default == REQUIRED
-        else:
-            assert {default} == {getattr(part, name) for part in parts}, name
+        expected = {getattr(part, name) for part in parts}
+        assert default == REQUIRED or {default} == expected, name
 
 
 def test_the_last_quantity_varies_fastest():
     axes = {"seed": [1, 2], "noise": [0, 1], "belt_velocity": [5, 6], "replicate": {"count": 3}}
     points_made = single(**axes).points
-    rows = [
-        (point.noise, point.belt_velocity, point.seed, point.replicate) for point in points_made
-    ]
+    rows = [(p.noise, p.belt_velocity, p.seed, p.replicate) for p in points_made]
     assert rows == sorted(rows) and len(set(rows)) == 24
+    seeds = [single(**keys).points[0].seed for keys in ({}, {"seed": {"offset": 2}}, {"seed": 9})]
+    assert seeds == [3, 5, 9]  # the first two count on that of the top level
 
 
 def test_a_grid_may_differ_with_the_number_of_blocks():
     points_made = single(n_blocks=[6, 5], belt_velocity={5: 18, 6: [27, 26]}).points
     assert [(p.n_blocks, p.belt_velocity) for p in points_made] == [(5, 18), (6, 26), (6, 27)]
-
-
-def test_seed_counts_on_that_of_the_top_level():
-    seeds = [single(**keys).points[0].seed for keys in ({}, {"seed": {"offset": 2}}, {"seed": 9})]
-    assert seeds == [3, 5, 9]
 
 
 def test_columns_and_plain_values_keep_the_points():
@@ -136,6 +127,7 @@ def test_batches_hold_every_point_once_in_order(plan):
     for dataset in plan.datasets.values():
         batches = [*dataset.batches.values()]
         assert sum(batches, ()) == dataset.points
+        assert len(set(dataset.points)) == len(dataset.points)
         assert all(len(batch) <= dataset.points_per_job for batch in batches)
         for batch in batches:
             assert len({(point.method, point.noise > 0) for point in batch}) == 1
@@ -157,17 +149,11 @@ def test_further_points_follow_those_of_the_axes():
         single(belt_velocity=[1, 2], replicate=1, also={"belt_velocity": 2})
 
 
-@pytest.mark.thorough
-def test_points_of_every_dataset_differ(plan):
-    for dataset in plan.datasets.values():
-        assert len(set(dataset.points)) == len(dataset.points)
-
-
 def test_what_is_told_is_plain_and_all_that_the_job_needs(plan):
     json.dumps(plan.settings())
     for name, dataset in plan.datasets.items():
         last = [*dataset.batches][-1]
-        spec = plan.batch_spec(name, last)
+        spec = plan.spec(name, last)
         assert json.loads(json.dumps(spec)) == spec
         assert tuple(points_of(spec["points"])) == dataset.batches[last]
         assert spec["settings"].keys() == set(dataset.kind.settings)
@@ -194,10 +180,7 @@ def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
 # --- layers ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
-    assert CONFIG["preset"] == "standard"
-    assert planned("n5_map").settings["duration"] == 60000
     assert planned("n5_rows").settings["duration"] == 20000
     assert planned("u20").settings["transient"] == 0
     changes = ("defaults.laminar_time", 150, "presets.standard.defaults.laminar_time", 170)
@@ -205,8 +188,6 @@ def test_a_dataset_stands_over_defaults_and_a_preset_over_the_top_level():
     assert planned("n5_map", *changes, preset="paper").settings["laminar_time"] == 150
     over = (*changes, "presets.standard.datasets.n5_map.laminar_time", 190)
     assert planned("n5_map", *over).settings["laminar_time"] == 190
-    as_text = planned("n5_rows", "presets.standard.defaults.duration", "2e6")
-    assert as_text.settings["duration"] == 2e6
 
 
 @pytest.mark.thorough
@@ -216,19 +197,12 @@ def test_a_variant_gives_only_what_it_changes():
     standard = make_plan(changed()).datasets
     for preset in ("f04", "f05"):
         result = make_plan(changed("preset", preset, *changes))
-        assert (result.run, result.model["friction_ratio"]) == (preset, 0.4)
+        assert (result.run, result.defaults["friction_ratio"]) == (preset, 0.4)
         assert list(result.datasets) == list(standard)
         ours, theirs = result.datasets["size_rows"], standard["size_rows"]
         assert ours.points == tuple(point._replace(friction_ratio=0.4) for point in theirs.points)
         axis = result.datasets["trials_free"].values()["friction_ratio"]
         assert axis == standard["trials_free"].values()["friction_ratio"]
-
-
-@pytest.mark.thorough
-def test_constants_of_the_model_reach_every_dataset(plan):
-    datasets_made = make_plan(changed("preset", plan.preset, "model.rest_length", 55)).datasets
-    points = [point for dataset in datasets_made.values() for point in dataset.points]
-    assert {point.rest_length for point in points} == {55.0}
 
 
 @pytest.mark.parametrize(
@@ -260,7 +234,7 @@ def test_paper_grids_are_those_of_the_paper():
 def test_recordings_have_the_speeds_and_the_frames_of_the_paper(plan):
     speeds = {"belt_022": (0.22, 1.0), "belt_028": (0.28, 1.0), "belt_035": (0.35, 2.2)}
     for name, (speed, noise) in speeds.items():
-        dataset = plan.datasets[plan.films[name].dataset]
+        dataset = plan.datasets[name]
         (point,) = dataset.points
         assert point.belt_velocity * VELOCITY_M_S == pytest.approx(speed, rel=1e-8)
         assert (point.n_blocks, point.noise, point.initial_spread) == (5, noise, 0)
@@ -274,18 +248,8 @@ def test_recordings_have_the_speeds_and_the_frames_of_the_paper(plan):
 
 def test_a_film_has_the_camera_of_all(plan):
     film = plan.films["belt_028"]
-    assert film.camera["blur"] == CONFIG["camera"]["blur"]
-    assert film.camera["compression"] == CONFIG["camera"]["compression"] > 0
-    assert film.spec() == {"film": "belt_028", "camera": film.camera}
-    assert film.camera["seed"] == plan.seed
-
-
-@pytest.mark.thorough
-def test_free_trials_include_the_printed_constants(plan):
-    values = plan.datasets["trials_free"].values()
-    assert 0.45 in values["friction_ratio"]
-    printed = plan.datasets["trials"].values()["belt_velocity"]
-    assert set(printed) <= set(values["belt_velocity"])
+    assert film["film"] == "belt_028" and film["camera"]["seed"] == plan.seed
+    assert film["camera"].items() >= CONFIG["camera"].items()
 
 
 @pytest.mark.parametrize(
@@ -307,8 +271,8 @@ def test_a_thinner_preset_has_a_part_of_the_points(keys, axis, kept):
     presets = {"thin": {"based_on": "own", "thin": thin}, "more": {"based_on": "thin"}}
     presets["more"]["datasets"] = {"one": {axis: [7, 8, 9, 10]}}
     whole["presets"] |= presets
-    thin_plan = make_plan(whole | {"model": {"rest_length": 50}, "preset": "thin"})
-    assert thin_plan.model["rest_length"] == 50
+    thin_plan = make_plan(whole | {"defaults": {"rest_length": 50}, "preset": "thin"})
+    assert thin_plan.defaults["rest_length"] == 50
     thinner = thin_plan.datasets["one"]
     assert thinner.values()[axis] == kept
     assert set(thinner.points) <= set(make_plan(whole).datasets["one"].points)

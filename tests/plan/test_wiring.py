@@ -67,7 +67,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
         return {}
 
     monkeypatch.setattr(kinds, "resolve_name", {KINDS[kind].record: recording}.__getitem__)
-    whole = planned(kind).batch_spec("one", "0000")
+    whole = planned(kind).spec("one", "0000")
     names = [*QUANTITIES, *KINDS[kind].settings]
     heard = set()
     for spec in (whole, *(changed(whole, name) for name in names)):
@@ -125,7 +125,7 @@ def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
 @pytest.mark.slow
 def test_a_film_is_taken_as_told(tmp_path):
     plan = planned("series", n_blocks=2, belt_velocity=5, sample_interval=0.5448376, noise=0)
-    spec = plan.dataset_spec("one")
+    spec = plan.spec("one")
     points = plan.datasets["one"].points
     data = kinds.record("series", points, spec["settings"])
     io.write(tmp_path / "one.h5", spec, data)

@@ -98,7 +98,7 @@ def test_configuration_has_every_key_and_array():
     schema = Config.model_json_schema()
     parts = schema, *schema["$defs"].values()
     keys = {name for part in parts for name in part.get("properties", {})}
-    arrays = {array.name for kind in kinds.KINDS.values() for array in kind.recorded}
+    arrays = {name for kind in kinds.KINDS.values() for name in kind.recorded}
     forms = {"start", "stop", "step", "offset", "count", "without_noise", "with_noise"}
     for name in (keys | arrays | camera_settings().keys()) - forms:
         assert f"| `{name}` |" in page, name

@@ -88,10 +88,12 @@ def test_words_beside_a_module_are_those_of_its_figures_and_tables(tmp_path):
 
 def test_tables_have_names_of_their_own(tmp_path):
     entry = "Table(title='A.', uses=())"
-    (tmp_path / "one.py").write_text(f"\nTABLES = {{'b': {entry}, 'a': {entry}}}")
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "one" / "measure.py").write_text(f"\nTABLES = {{'b': {entry}, 'a': {entry}}}")
     assert list(registry.tables(tmp_path)) == ["a", "b"]
     registry.tables.cache_clear()
-    (tmp_path / "two.py").write_text(f"\nTABLES = {{'c': {entry}, 'b': {entry}}}")
-    with pytest.raises(InputError, match=r"/two.py: TABLES .*'b' is an entry of .*one as well"):
+    (tmp_path / "two" / "measure.py").write_text(f"\nTABLES = {{'c': {entry}, 'b': {entry}}}")
+    with pytest.raises(InputError, match=r"two/measure.py: TABLES .*'b' is an entry of .*one"):
         registry.tables(tmp_path)
     registry.tables.cache_clear()

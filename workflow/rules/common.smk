@@ -9,30 +9,16 @@ from snakemake.cli import get_argument_parser
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.replication.plan import lock
-from beltrepro.replication.plan.config import load_config
-from beltrepro.replication.plan.workflow import Workflow
-
-
-def in_one_line(function, *arguments):
-    """What a function returns; for a value that it refuses, the end of the run with one line."""
-    try:
-        return function(*arguments)
-    except InputError as error:
-        sys.exit(f"error: {error}")
-
-
-# Snakemake reads these files as well, and takes a key that is given twice.
-for path in ("config.yaml", *workflow.overwrite_configfiles):
-    in_one_line(load_config, path)
+from beltrepro.replication.plan.workflow import Workflow, one_line
 
 
 configfile: "config.yaml"
 
 
-FLOW = in_one_line(Workflow, config)
+with one_line():
+    FLOW = Workflow(config)
 RUN = FLOW.plan.run
 os.environ[lock.RUN] = str(os.getpid())  # jobs must not outlive this process
 
@@ -67,7 +53,8 @@ def begin():
     """Before the first job: take the folder of results, and let failed jobs here say it themselves."""
     if 0 in (workflow.resource_settings.cores, workflow.resource_settings.nodes):
         sys.exit("error: --cores or --jobs 0: must be at least 1, or no job ever begins")
-    in_one_line(lock.take, FLOW.results)
+    with one_line():
+        lock.take(FLOW.results)
     if workflow.local_exec:
         for handler in logger.handlers:
             if not isinstance(handler, logging.FileHandler):

@@ -1,4 +1,5 @@
-# Datasets: their points are simulated in batches, and the batches are joined into one file.
+# Datasets: their points are simulated in batches, and the batches are joined into one file. Some
+# are filmed, and the last block is tracked in the films.
 
 
 rule simulate:
@@ -15,7 +16,7 @@ rule simulate:
     conda:
         "../envs/beltrepro.yaml"
     params:
-        spec=lambda wildcards: FLOW.plan.batch_spec(wildcards.dataset, wildcards.batch),
+        spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.batch),
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
@@ -37,9 +38,36 @@ rule join:
     conda:
         "../envs/beltrepro.yaml"
     params:
-        spec=lambda wildcards: FLOW.plan.dataset_spec(wildcards.dataset),
+        spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset),
         code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.io"),
     message:
         "Joining the batches of {wildcards.dataset}"
     script:
         "../scripts/join.py"
+
+
+rule film:
+    "Film a dataset with the virtual camera, and track the last block in the film."
+    input:
+        unpack(lambda wildcards: FLOW.files([wildcards.film])),
+    output:
+        video="<results>/experiment/{film}.mp4",
+        table="<results>/experiment/{film}.csv",
+    log:
+        "<logs>/experiment/{film}.log",
+    benchmark:
+        "<benchmarks>/experiment/{film}.tsv"
+    priority: BEFORE_FIGURES
+    conda:
+        "../envs/beltrepro.yaml"
+    params:
+        spec=lambda wildcards: FLOW.plan.films[wildcards.film],
+        code=lambda wildcards: FLOW.code(
+            "film",
+            "beltrepro.replication.camera.camera",
+            "beltrepro.replication.camera.track",
+        ),
+    message:
+        "Filming and tracking {wildcards.film}"
+    script:
+        "../scripts/film.py"

@@ -4,7 +4,7 @@
 rule derive:
     "Derive a table from datasets."
     input:
-        unpack(FLOW.sources),
+        unpack(lambda wildcards: FLOW.files(FLOW.table(wildcards).uses)),
     output:
         table="<results>/{table}.csv",
     log:
@@ -28,7 +28,7 @@ rule derive:
 rule draw:
     "Draw a figure as PNG and PDF."
     input:
-        unpack(FLOW.sources),
+        unpack(lambda wildcards: FLOW.files(FLOW.figures[wildcards.figure].uses)),
     output:
         png="<results>/figures/{figure}.png",
         pdf="<results>/figures/{figure}.pdf",
@@ -40,7 +40,11 @@ rule draw:
         "../envs/beltrepro.yaml"
     params:
         module=lambda wildcards: FLOW.figures[wildcards.figure].module,
-        code=FLOW.code_of_figure,
+        code=lambda wildcards: FLOW.code(
+            "figure",
+            FLOW.figures[wildcards.figure].module,
+            "beltrepro.replication.drawing.style",
+        ),
     message:
         "Drawing {wildcards.figure}"
     script:
@@ -70,7 +74,7 @@ for name, entry in FLOW.figures.items():
 rule agreement:
     "Whether the two integrators agree: agreement.csv and its figures."
     input:
-        FLOW.file_of("agreement"),
+        FLOW.made["agreement"],
         FLOW.drawn("png", "pdf", category="Integrators compared"),
     localrule: True
 
@@ -78,7 +82,7 @@ rule agreement:
 rule claims:
     "A verdict for every claim of the paper, and the numbers it rests on."
     input:
-        **FLOW.files_of(*FLOW.judged),
+        **FLOW.files(FLOW.judged),
     output:
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
@@ -102,8 +106,8 @@ rule claims:
 rule report:
     "One page with every figure, the table of claims and what was run: report.html."
     input:
-        **FLOW.files_of(*FLOW.tables),
-        datasets=FLOW.datasets(),
+        **FLOW.files(FLOW.tables),
+        datasets=FLOW.datasets.values(),
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
         figures=FLOW.drawn("png"),

@@ -33,8 +33,8 @@ def code_hash(*functions: str, script: Path, method: str = "", words: bool = Fal
     captions of figures and tables count.
     """
     graph = _graph(method)
-    modules = {function.partition(":")[0] for function in functions}
-    modules = modules.union(*map(graph.find_upstream_modules, modules))
+    named = {function.partition(":")[0] for function in functions}
+    modules = named.union(*map(graph.find_upstream_modules, named))
     digest = hashlib.sha256(_content(script))
     for path in sorted({path for module in modules for path in _files(module)}):
         if path.name != WORDS or words:
@@ -64,16 +64,13 @@ def _files(module: str) -> list[Path]:
     """A module, and the data of its package and of packages that it names, if it reads files."""
     place = ROOT.parent.joinpath(*module.split("."))
     path = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
-    code, folders = _content(path).decode(), set()
-    if re.search(r"\b(__file__|resources)\b", code):
-        named = re.findall(rf"'({PACKAGE}[.\w]+)'", code)
-        folders = {path.parent, *(ROOT.parent.joinpath(*name.split(".")) for name in named)}
-    return [path, *(data for folder in folders for data in folder.rglob("*.*") if _is_data(data))]
-
-
-def _is_data(path: Path) -> bool:
-    is_hidden = any(part.startswith((".", "__")) for part in path.relative_to(ROOT).parts)
-    return path.is_file() and not is_hidden and path.suffix not in _NO_DATA
+    code = _content(path).decode()
+    if not re.search(r"\b(__file__|resources)\b", code):
+        return [path]
+    named = re.findall(rf"'({PACKAGE}[.\w]+)'", code)
+    folders = {path.parent, *(ROOT.parent.joinpath(*name.split(".")) for name in named)}
+    data = (file for folder in folders for file in folder.rglob("*.*"))
+    return [path, *(file for file in data if file.suffix not in _NO_DATA)]
 
 
 @functools.cache
@@ -83,8 +80,8 @@ def _content(path: Path) -> bytes:
         return path.read_bytes()
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            match node.body:
-                case [ast.Expr(value=ast.Constant(value=str())), *rest]:
-                    node.body = rest or [ast.Pass()]
+        match node:
+            case ast.Module() | ast.ClassDef() | ast.FunctionDef() | ast.AsyncFunctionDef():
+                if ast.get_docstring(node, clean=False) is not None:
+                    node.body = node.body[1:] or [ast.Pass()]
     return ast.unparse(tree).encode()

@@ -22,8 +22,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters
-from beltrepro.replication.plan.filming import FILM, TRACK
-from beltrepro.replication.plan.kinds import KINDS, POINT
+from beltrepro.replication.plan.kinds import FILM, KINDS, POINT, TRACK
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, UNITS
 
 if TYPE_CHECKING:

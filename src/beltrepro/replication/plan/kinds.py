@@ -5,47 +5,34 @@ From here follow what config.yaml may give, what a job is told, how files of bat
 what every array in a file says of itself. The code behind a dataset is that of its function.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pkgutil import resolve_name
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from beltrepro.model.friction import noise_beyond_event
-from beltrepro.replication.plan.points import (
-    QUANTITIES,
-    UNITS,
-    WORDS,
-    Point,
-    chain,
-    columns,
-    described,
-)
+from beltrepro.replication.plan.points import QUANTITIES, UNITS, WORDS, Point, chain, columns
 
 POINT = "point"  # name of the axis along which batches are joined
-SETTINGS = described(WORDS["settings"])
-"""What all points of a dataset share and no axis can vary; types and defaults: config.Settings."""
+# ends of the names by which tables, figures and claims ask for a film, and for what is tracked
+FILM, TRACK = "_film", "_track"
+FILMED = ("positions", "velocities")  # samples without which nothing can be filmed
 
 Arrays = dict[str, np.ndarray]
-Progress = Callable[[float], None]
 
 
 class Array(NamedTuple):
     """One array of a file."""
 
-    name: str
     unit: str  # a key of UNITS; empty for a table of records
     # names of its axes. Batches are joined along "point". A table of records has one axis of
     # another name and a field `point`, the row of its run
     dimensions: tuple[str, ...]
     symbol: str
     description: str
-    fields: Mapping[str, str] = MappingProxyType(
-        {}
-    )  # of a table of records, the unit of each field
+    fields: Mapping[str, str]  # of a table of records, the unit of each field
 
     def attributes(self) -> dict[str, str]:
         """Symbol, unit, dimensions and description, by name, as a file carries them."""
@@ -61,18 +48,14 @@ class Array(NamedTuple):
         return words
 
 
-Complaint = tuple[str, str] | None
-"""Key and text of a value that fits its type and still cannot be meant."""
-
-
 @dataclass(frozen=True)
 class Kind:
     """What is recorded of the points of a dataset."""
 
     name: str  # its name in config.yaml
-    settings: tuple[str, ...]  # what it is told besides points: names in SETTINGS
     record: str  # the function that records it, as module:function
-    checks: tuple[Callable[[dict, Sequence[Point]], Complaint], ...] = ()
+    settings: tuple[str, ...]  # what it is told besides points: names in SETTINGS
+    follows_tangents: bool = False  # which only the method event has
 
     @property
     def description(self) -> str:
@@ -80,78 +63,48 @@ class Kind:
         return WORDS["kinds"][self.name]["description"]
 
     @property
-    def recorded(self) -> tuple[Array, ...]:
+    def recorded(self) -> dict[str, Array]:
         """What it records besides a column for each quantity."""
-        return tuple(_array(*row) for row in WORDS["kinds"][self.name]["arrays"].items())
-
-    def complaint(self, settings: dict, points: Sequence[Point]) -> Complaint:
-        """The first value that fits its type and still cannot be meant."""
-        complaints = [_law(points), *(check(settings, points) for check in self.checks)]
-        return next(filter(None, complaints), None)
+        return {name: _array(row) for name, row in WORDS["kinds"][self.name]["arrays"].items()}
 
     @property
     def arrays(self) -> dict[str, Array]:
         """All arrays of a file by name: the columns of the points and what is recorded."""
-        of_points = [
-            Array(name, words.unit, (POINT,), words.symbol, words.description)
+        of_points = {
+            name: Array(words.unit, (POINT,), words.symbol, words.description, {})
             for name, words in QUANTITIES.items()
-        ]
-        return {array.name: array for array in (*of_points, *self.recorded)}
+        }
+        return of_points | self.recorded
+
+    def complaints(self, settings: dict, points: Sequence[Point]) -> Iterator[tuple[str, str]]:
+        """Keys with values that fit their types and still cannot be meant, and why not."""
+        for point in {point[:8]: point for point in points if point.method == "event"}.values():
+            if text := noise_beyond_event(chain(point)):  # by all quantities before u
+                yield "noise", text
+        for name in ("transient", "settle_time"):
+            if settings.get(name, 0) >= (duration := settings["duration"]):
+                yield name, f"= {settings[name]:g}: must be less than duration = {duration:g}"
+        if self.follows_tangents and (others := {point.method for point in points} - {"event"}):
+            yield "method", f"= {others.pop()}: only event has a tangent dynamics"
+        if block := settings.get("section_block"):
+            if block > (smallest := min(point.n_blocks for point in points)):
+                yield "section_block", f"= {block}: the chain has {smallest} blocks"
+            if settings["section_position"] is None:
+                yield "section_position", "is missing: only for the last block there is a rule"
+        interval = settings.get("sample_interval", 0)
+        for step in {point.time_step for point in points if point.method == "verlet"}:
+            if abs(round(interval / step) * step - interval) > 1e-9 * interval:
+                text = f"= {interval:g}: method verlet needs a multiple of time_step = {step:g}"
+                yield "sample_interval", text  # as in simulation/sampling
 
 
-def _array(name: str, row: str) -> Array:
+def _array(row: str) -> Array:
     """An array as its row in words.yaml describes it."""
     unit, dimensions, symbol, text = map(str.strip, row.split("|", 3))
     fields = {}
     if " " in unit:  # a table of records
         fields, unit = dict(part.split(" ") for part in unit.split(", ")), ""
-    return Array(name, unit, tuple(dimensions.split(", ")), symbol, text, fields)
-
-
-# --- what fits its type and still cannot be meant -------------------------------------------------
-
-
-def _shorter(name: str, settings: dict, points: Sequence[Point]) -> Complaint:
-    if settings[name] < settings["duration"]:
-        return None
-    return name, f"= {settings[name]:g}: must be less than duration = {settings['duration']:g}"
-
-
-_transient, _settle_time = (partial(_shorter, name) for name in ("transient", "settle_time"))
-
-
-def _section(settings: dict, points: Sequence[Point]) -> Complaint:
-    block, smallest = settings["section_block"], min(point.n_blocks for point in points)
-    if block is None:
-        return None
-    if block > smallest:
-        return "section_block", f"= {block}: the chain has {smallest} blocks"
-    if settings["section_position"] is None:
-        return "section_position", "is missing: only for the last block there is a rule"
-    return None
-
-
-def _samples(settings: dict, points: Sequence[Point]) -> Complaint:
-    interval = settings["sample_interval"]
-    for step in {point.time_step for point in points if point.method == "verlet"}:
-        count = round(interval / step)
-        if count < 1 or abs(count * step - interval) > 1e-9 * interval:  # as in simulation/sampling
-            text = f"= {interval:g}: method verlet needs a multiple of time_step = {step:g}"
-            return "sample_interval", text
-    return None
-
-
-def _tangent(settings: dict, points: Sequence[Point]) -> Complaint:
-    methods = {point.method for point in points} - {"event"}
-    if methods:
-        return "method", f"= {methods.pop()}: only event has a tangent dynamics"
-    return None
-
-
-def _law(points: Sequence[Point]) -> Complaint:
-    chains = {point[:8]: point for point in points if point.method == "event"}  # all but u
-    wrong = (noise_beyond_event(chain(point)) for point in chains.values())
-    return next((("noise", text) for text in wrong if text), None)
+    return Array(unit, tuple(dimensions.split(", ")), symbol, text, fields)
 
 
 # --- functions ------------------------------------------------------------------------------------
@@ -159,7 +112,10 @@ def _law(points: Sequence[Point]) -> Complaint:
 
 
 def record(
-    kind: str, points: Sequence[Point], settings: dict, progress: Progress | None = None
+    kind: str,
+    points: Sequence[Point],
+    settings: dict,
+    progress: Callable[[float], None] | None = None,
 ) -> Arrays:
     """Simulate points and record what their kind says."""
     from beltrepro.simulation.setup import Setup
@@ -170,7 +126,7 @@ def record(
     simulate: Callable[..., Arrays] = resolve_name(KINDS[kind].record)
     measured = simulate(setup, **settings, progress=progress)
     # a scan has more than its file: the sum rule, which says of each number that it is N k
-    kept = {array.name for array in KINDS[kind].recorded}
+    kept = KINDS[kind].recorded
     return columns(points) | {name: measured[name] for name in measured if name in kept}
 
 
@@ -181,83 +137,65 @@ def series(setup, *, samples, transient, **settings):
     runs = simulate(setup, transient=transient, sample_start=transient, **settings)
     shape = len(runs), runs[0].time.size, max(run.parameters.n_blocks for run in runs)
     sampled = {name: np.full(shape, np.nan) for name in samples}
+    late = [run.events[run.events["time"] >= transient] for run in runs]
+    counts = list(map(len, late))
+    events = np.empty(sum(counts), [(POINT, "i4"), *late[0].dtype.descr])
+    events[POINT] = np.repeat(np.arange(len(runs)), counts)
+    for name in late[0].dtype.names:
+        events[name] = np.concatenate([table[name] for table in late])
     for row, run in enumerate(runs):
         for name, values in sampled.items():
             values[row, :, : run.parameters.n_blocks] = getattr(run, name)
-    late = [run.events[run.events["time"] >= transient] for run in runs]
-    return {
-        "mean_length": np.array([run.mean_length for run in runs]),
-        "disorder_parameter": np.array([run.disorder_parameter for run in runs]),
-        "energy_residual": np.array([run.energy_residual for run in runs]),
-        "time": runs[0].time,
-        **sampled,
-        "events": _with_point(late),
-    }
-
-
-def _with_point(tables: list[np.ndarray]) -> np.ndarray:
-    """Tables of records, one for each run, as one with the row of the run in the field `point`."""
-    fields = tables[0].dtype.descr
-    joined = np.empty(sum(map(len, tables)), dtype=[("point", "i4"), *fields])
-    joined["point"] = np.repeat(np.arange(len(tables)), list(map(len, tables)))
-    for name, *_ in fields:
-        joined[name] = np.concatenate([table[name] for table in tables])
-    return joined
+    numbers = ("mean_length", "disorder_parameter", "energy_residual")
+    of_runs = {name: np.array([getattr(run, name) for run in runs]) for name in numbers}
+    return of_runs | {"time": runs[0].time} | sampled | {"events": events}
 
 
 # --- kinds ----------------------------------------------------------------------------------------
 
+_SCANS = "beltrepro.simulation.scans"
+_ATTRACTORS = "beltrepro.replication.plan.attractors"
 KINDS = {
     kind.name: kind
     for kind in (
         Kind(
             "scan",
+            f"{_SCANS}:scan",
             ("duration", "transient", "section_position", "section_values", "laminar_time"),
-            "beltrepro.simulation.scans:scan",
-            (_transient,),
         ),
         Kind(
             "series",
+            f"{__name__}:series",
             ("duration", "transient", "sample_interval", "samples"),
-            "beltrepro.replication.plan.kinds:series",
-            (_transient, _samples),
         ),
         Kind(
             "catalogue",
-            ("duration", "transient", "section_block", "section_position"),
             "beltrepro.simulation.catalogues:catalogue",
-            (_transient, _section),
+            ("duration", "transient", "section_block", "section_position"),
         ),
         Kind(
             "escapes",
+            f"{_SCANS}:time_to_continuous_slip",
             ("duration", "settle_time", "laminar_time"),
-            "beltrepro.simulation.scans:time_to_continuous_slip",
-            (_settle_time,),
         ),
         Kind(
             "motion",
-            ("duration", "transient", "noise_clock"),
             "beltrepro.chaos.naming:classify",
-            (_transient, _tangent),
+            ("duration", "transient", "noise_clock"),
+            follows_tangents=True,
         ),
-        Kind("settling", ("duration", "closed"), "beltrepro.chaos.irregular:time_to_orbit"),
+        Kind("settling", "beltrepro.chaos.irregular:time_to_orbit", ("duration", "closed")),
         Kind(
             "trial",
-            ("duration", "transient", "sample_interval", "laminar_time"),
             "beltrepro.replication.camera.trials:trials",
-            (_transient,),
+            ("duration", "transient", "sample_interval", "laminar_time"),
         ),
         Kind(
             "basins",
+            f"{_ATTRACTORS}:basin_starts",
             ("duration", "energies"),
-            "beltrepro.replication.plan.attractors:basin_starts",
-            (_tangent,),
+            follows_tangents=True,
         ),
-        Kind(
-            "sweep",
-            ("duration", "transient"),
-            "beltrepro.replication.plan.attractors:sweeps",
-            (_transient,),
-        ),
+        Kind("sweep", f"{_ATTRACTORS}:sweeps", ("duration", "transient")),
     )
 }

@@ -7,13 +7,12 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from beltrepro.base.checks import shown, spaced
 from beltrepro.base.errors import InputError
-from beltrepro.base.names import hint
+from beltrepro.base.names import one_of
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.camera.scene import Camera, camera_settings
 from beltrepro.replication.plan.config import (
@@ -22,14 +21,26 @@ from beltrepro.replication.plan.config import (
     Settings,
     checked,
     is_by_size,
+    meant_by,
     refuse,
 )
-from beltrepro.replication.plan.filming import FILM, NEEDED, TRACK, PlannedFilm
-from beltrepro.replication.plan.kinds import KINDS, SETTINGS, Kind
-from beltrepro.replication.plan.points import DEFAULTS, LAW, QUANTITIES, REQUIRED, Point, plain
+from beltrepro.replication.plan.kinds import FILMED, KINDS, Kind
+from beltrepro.replication.plan.points import (
+    DEFAULTS,
+    LAW,
+    QUANTITIES,
+    REQUIRED,
+    SETTINGS,
+    Point,
+    plain,
+)
 
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
-_DEFAULTS = DEFAULTS | {name: Settings.model_fields[name].default for name in SETTINGS}
+_DEFAULTS = {
+    **DEFAULTS,
+    "seed": {"offset": 0},
+    **{name: Settings.model_fields[name].default for name in SETTINGS},
+}
 
 
 class Entry(NamedTuple):
@@ -46,7 +57,6 @@ Entries = dict[str, Entry]
 class PlannedDataset:
     """A dataset before it is simulated."""
 
-    name: str  # unique over all kinds
     kind: Kind  # what is recorded
     points: tuple[Point, ...]  # in the order in which the file has them
     settings: dict = field(hash=False)  # what the kind is told besides points
@@ -56,7 +66,7 @@ class PlannedDataset:
     def batches(self) -> dict[str, tuple[Point, ...]]:
         """The points of each job by its name, in their order; all of a batch have one method, and
         all or none of them noise."""
-        cut = []
+        cut: list[tuple[Point, ...]] = []
         for _, alike in itertools.groupby(self.points, lambda one: (one.method, one.noise > 0)):
             points = tuple(alike)
             starts = range(0, len(points), self.points_per_job)
@@ -68,10 +78,6 @@ class PlannedDataset:
         columns = zip(QUANTITIES, zip(*self.points, strict=True), strict=True)
         return {name: sorted(set(values)) for name, values in columns}
 
-    def described(self) -> dict:
-        """The whole as plain values."""
-        return {"kind": self.kind.name} | self.settings | self.values()
-
 
 @dataclass(frozen=True)
 class Plan:
@@ -80,12 +86,10 @@ class Plan:
     preset: str  # names of the preset and of the folder of its results
     run: str
     seed: int  # that of the configuration
-    # constants of the law, and settings, of datasets that give no own
-    model: dict[str, float] = field(hash=False)
-    defaults: dict = field(hash=False)
+    defaults: dict = field(hash=False)  # quantities and settings of datasets that give no own
     # by name, in the order of the configuration
     datasets: dict[str, PlannedDataset] = field(hash=False)
-    films: dict[str, PlannedFilm] = field(hash=False)
+    films: dict[str, dict] = field(hash=False)  # by name of the dataset, what the job needs
 
     def settings(self) -> dict:
         """The plan as plain values, by which claims and report are made."""
@@ -93,143 +97,123 @@ class Plan:
             "preset": self.preset,
             "run": self.run,
             "seed": self.seed,
-            "model": self.model,
+            "model": {name: self.defaults[name] for name in LAW},
             "defaults": self.defaults,
-            "datasets": {name: dataset.described() for name, dataset in self.datasets.items()},
-            "films": {
-                name: {"of": film.dataset} | film.spec() for name, film in self.films.items()
+            "datasets": {
+                name: {"kind": dataset.kind.name} | dataset.settings | dataset.values()
+                for name, dataset in self.datasets.items()
             },
+            "films": self.films,
         }
 
-    def dataset_spec(self, name: str) -> dict:
-        """Plain values that say what the file of a dataset holds."""
-        dataset = self.datasets[name]
-        return self._spec(dataset, {"count": len(dataset.points)} | dataset.values())
+    def spec(self, name: str, batch: str = "") -> dict:
+        """Plain values that say what the file of a dataset, or of one of its batches, holds.
 
-    def batch_spec(self, name: str, batch: str) -> dict:
-        """Plain values that a job needs, and its file keeps."""
+        A job needs no more than those of its batch.
+        """
         dataset = self.datasets[name]
-        return self._spec(dataset, plain(dataset.batches[batch]))
-
-    def _spec(self, dataset: PlannedDataset, points: dict) -> dict:
+        whole = {"count": len(dataset.points)} | dataset.values()
         return {
-            "dataset": dataset.name,
+            "dataset": name,
             "kind": dataset.kind.name,
             "preset": self.preset,
             "run": self.run,
             "settings": dataset.settings,
-            "points": points,
+            "points": plain(dataset.batches[batch]) if batch else whole,
         }
 
 
 def make_plan(config: dict) -> Plan:
     """The plan of the preset that `config` names; of the others only the form is checked."""
     config = checked(config)
-    preset, presets = config["preset"], config["presets"]
-    if preset not in presets:
-        refuse(f"preset = {shown(preset)}: allowed are {', '.join(presets)}", preset, presets)
+    presets = config["presets"]
+    preset = one_of(f"{SOURCE}: preset", config["preset"], presets)
     run = config.get("run", preset)
     if run != preset and run in presets:
         refuse(f"run = {run!r}: is the name of another preset, whose results it would overwrite")
-    return _preset_plan(config, preset, run)
-
-
-# --- layers of the configuration ------------------------------------------------------------------
-
-
-def _preset_plan(config: dict, preset: str, run: str) -> Plan:
-    defaults = _entries(config.get("model", {}), "model")
-    entries: dict[str, Entries] = {}
-    for where, section in [("", config), *_bases(config, preset)]:
-        if thin := section.get("thin"):
+    defaults: Entries = {}
+    given: dict[str, Entries] = {}  # by dataset
+    for where, layer in _layers(config, preset):
+        if thin := layer.get("thin"):
             defaults = _thinned(defaults, thin)
-            entries = {name: _thinned(keys, thin) for name, keys in entries.items()}
-        defaults |= _entries(section.get("defaults", {}), f"{where}defaults")
-        for name, keys in section.get("datasets", {}).items():
-            place = f"{where}datasets.{name}"
-            entries[name] = entries.get(name, {}) | _entries(keys, place)
-    entries = {name: _with_model(name, entries, preset) for name in entries}
+            given = {name: _thinned(entries, thin) for name, entries in given.items()}
+        defaults |= _entries(layer.get("defaults", {}), f"{where}defaults")
+        for name, keys in layer.get("datasets", {}).items():
+            given[name] = given.get(name, {}) | _entries(keys, f"{where}datasets.{name}")
     datasets = {
-        name: _dataset(name, keys, defaults, config, preset) for name, keys in entries.items()
+        name: _dataset(name, _with_like(name, given, preset), defaults, config, preset)
+        for name in given
     }
-    usual = _DEFAULTS | {name: defaults[name].value for name in _DEFAULTS if name in defaults}
+    usual = _DEFAULTS | {name: entry.value for name, entry in defaults.items()}
     return Plan(
         preset=preset,
         run=run,
         seed=config["seed"],
-        model={name: usual[name] for name in LAW},
         defaults={name: value for name, value in usual.items() if value != REQUIRED},
         datasets=datasets,
         films=_films(config, datasets, preset),
     )
 
 
+# --- layers of the configuration ------------------------------------------------------------------
+
+
+def _layers(config: dict, preset: str) -> list[tuple[str, dict]]:
+    """The top level, the presets that the preset is based on, the most basic one first, and it."""
+    presets, chain = config["presets"], [preset]
+    while base := presets[chain[-1]].get("based_on"):
+        one_of(f"{SOURCE}: presets.{chain[-1]}.based_on", base, presets)
+        if base in chain:
+            refuse(f"presets.{preset}.based_on: {' is based on '.join([*chain, base])}")
+        chain.append(base)
+    return [("", config), *((f"presets.{name}.", presets[name]) for name in reversed(chain))]
+
+
 def _entries(section: dict, where: str) -> Entries:
     return {key: Entry(value, f"{where}.{key}") for key, value in section.items()}
 
 
-def _bases(config: dict, preset: str) -> list[tuple[str, dict]]:
-    """The preset and those that it is based on, the most basic one first."""
-    presets = config["presets"]
-    chain: list[str] = []
-    name = preset
-    while name is not None:
-        if name in chain:
-            refuse(f"presets.{preset}.based_on: {' is based on '.join([*chain, name])}")
-        chain.append(name)
-        base = presets[name].get("based_on")
-        if base is not None and base not in presets:
-            text = f"presets.{name}.based_on = {shown(base)}: allowed are {', '.join(presets)}"
-            refuse(text, base, presets)
-        name = base
-    return [(f"presets.{name}.", presets[name]) for name in reversed(chain)]
-
-
-def _with_model(name: str, entries: dict[str, Entries], preset: str, asked: tuple = ()) -> Entries:
+def _with_like(name: str, given: dict[str, Entries], preset: str) -> Entries:
     """A dataset with what it takes from the one that it is like."""
-    entry = entries[name]
-    if "like" not in entry:
-        return entry
-    model, where = entry["like"]
-    if model not in entries:
-        refuse(f"{where} = {shown(model)}: preset {preset} has no such dataset", model, entries)
-    if model in (name, *asked):
-        refuse(f"{where} = {shown(model)}: a dataset cannot be like itself")
-    return _with_model(model, entries, preset, (name, *asked)) | entry
+    entries, names = given[name], [name]
+    while "like" in given[names[-1]]:
+        model, where = given[names[-1]]["like"]
+        if model not in given:
+            refuse(f"{where} = {shown(model)}: preset {preset} has no such dataset", model, given)
+        if model in names:
+            refuse(f"{where} = {shown(model)}: a dataset cannot be like itself")
+        names.append(model)
+        entries = given[model] | entries
+    return entries
 
 
 def _dataset(
-    name: str, keys: Entries, defaults: Entries, config: dict, preset: str
+    name: str, given: Entries, defaults: Entries, config: dict, preset: str
 ) -> PlannedDataset:
+    """A dataset of what is given for it and for all."""
     place = f"datasets.{name} of preset {preset}"
-    if "kind" not in keys:
-        refuse(f"{place} has no kind: allowed are {', '.join(KINDS)}")
-    kind = KINDS[keys["kind"].value]
-    if foreign := next((key for key in keys if key in SETTINGS.keys() - {*kind.settings}), None):
+    kind_given = given.get("kind", Entry(None, f"{place}: kind"))
+    kind = KINDS[one_of(f"{SOURCE}: {kind_given.where}", kind_given.value, KINDS)]
+    for key in given.keys() & SETTINGS.keys() - {*kind.settings}:
         text = f"a dataset of kind {kind.name} has no such setting, only {', '.join(kind.settings)}"
-        refuse(f"{keys[foreign].where}: {text}")
-    entries = defaults | keys
+        refuse(f"{given[key].where}: {text}")
+    unset = {key: Entry(value, f"{place}: {key}") for key, value in _DEFAULTS.items()}
+    entries = unset | defaults | given
     for key in (*QUANTITIES, *kind.settings):
-        if key not in entries and _DEFAULTS[key] == REQUIRED:
+        if entries[key].value == REQUIRED:
             refuse(f"{place} has no {key}")
-        entries.setdefault(key, Entry(_DEFAULTS[key], place))
-    if "method" in config and not ("own_method" in keys and keys["own_method"].value):
+    if "method" in config and not ("own_method" in given and given["own_method"].value):
         entries["method"] = Entry(config["method"], "method")
-    if "seed" not in defaults | keys:
-        entries["seed"] = Entry({"offset": 0}, "seed")
-    settings = {key: entries[key].value for key in kind.settings}
     points = _points(entries, config["seed"])
-    also = entries.get("also", Entry(None, place))
-    if also.value:
-        points += _points(entries | _entries(also.value, also.where), config["seed"])
+    if "also" in given and (axes := given["also"].value):
+        points += _points(entries | _entries(axes, given["also"].where), config["seed"])
         if len(set(points)) < len(points):
-            refuse(f"{also.where}: gives points that the dataset has without it")
-    if complaint := kind.complaint(settings, points):
-        key, text = complaint
-        where = (defaults | keys).get(key, Entry(None, f"{place}: {key}")).where
-        refuse(f"{where} {text}" if where.endswith(key) else f"{where}: {key} {text}")
+            refuse(f"{given['also'].where}: gives points that the dataset has without it")
+    settings = {key: entries[key].value for key in kind.settings}
+    for key, text in kind.complaints(settings, points):
+        refuse(f"{entries[key].where} {text}")
     per_job = entries.get("points_per_job", Entry(len(points), place)).value
-    return PlannedDataset(name, kind, points, settings, per_job)
+    return PlannedDataset(kind, points, settings, per_job)
 
 
 # --- from axes to points --------------------------------------------------------------------------
@@ -237,60 +221,46 @@ def _dataset(
 
 def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
     """Every combination of the axes, in the order of the quantities."""
-    sizes = [int(size) for size in grid_values(*axes["n_blocks"])]
-    _check_tables(axes, sizes)
-    table: list[Point] = []
-    for n_blocks in sizes:
-        grids = [
-            (n_blocks,) if name == "n_blocks" else _values_at(name, n_blocks, axes[name], seed)
-            for name in QUANTITIES
-        ]
-        count = len(table) + math.prod(map(len, grids))
+    points: list[Point] = []
+    for n_blocks in grid_values(*axes["n_blocks"]):
+        alike = axes | {"n_blocks": Entry(int(n_blocks), axes["n_blocks"].where)}
+        grids = [_values_at(name, int(n_blocks), alike[name], seed) for name in QUANTITIES]
+        count = len(points) + math.prod(map(len, grids))
         if count > MOST_POINTS:
             longest = max(zip(map(len, grids), QUANTITIES, strict=True))[1]
-            refuse(
-                f"{axes[longest].where}: with the other axes it makes {count:.3g} points, "
-                f"at most {MOST_POINTS} allowed"
+            text = f"with the other axes it makes {count:.3g} points, at most {MOST_POINTS} allowed"
+            refuse(f"{axes[longest].where}: {text}")
+        for point in map(Point._make, itertools.product(*grids)):
+            by_noise = isinstance(point.method, tuple)
+            points.append(
+                point._replace(method=point.method[point.noise > 0]) if by_noise else point
             )
-        table += map(_with_one_method, map(Point._make, itertools.product(*grids)))
-    return tuple(table)
+    return tuple(points)
 
 
-def grid_values(grid: object, where: str) -> tuple:
+def grid_values(grid: Any, where: str) -> tuple:
     """Values of a grid, rising."""
     if isinstance(grid, list):
         return tuple(sorted(grid))
-    return spaced(f"{SOURCE}: {where}", **grid) if isinstance(grid, dict) else (grid,)
+    if not isinstance(grid, dict):
+        return (grid,)
+    return tuple(range(grid["count"])) if "count" in grid else spaced(f"{SOURCE}: {where}", **grid)
 
 
 def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
     """Values of one quantity for chains of one size."""
-    match axis.value[str(n_blocks)] if is_by_size(axis.value) else axis.value:
-        case {"count": count}:
-            return tuple(range(count))
+    grid, where = axis
+    if is_by_size(grid):
+        if n_blocks not in grid:
+            refuse(f"{where} has no entry for n_blocks = {n_blocks}")
+        grid = grid[n_blocks]
+    match grid:
         case {"offset": offset}:
             return (seed + offset,)
         case {"without_noise": without_noise, "with_noise": with_noise}:
             return ((without_noise, with_noise),)
-        case grid:
-            values = grid_values(grid, axis.where)
+    values = grid_values(grid, where)
     return tuple(map(int, values)) if name in ("seed", "replicate") else values
-
-
-def _with_one_method(point: Point) -> Point:
-    """The point with the one of two methods that its noise asks for."""
-    is_one = isinstance(point.method, str)
-    return point if is_one else point._replace(method=point.method[point.noise > 0])
-
-
-def _check_tables(axes: Entries, sizes: list[int]) -> None:
-    """A table N -> grid has an entry for each number of blocks and no other."""
-    for grid, where in axes.values():
-        given = set(map(int, grid)) if is_by_size(grid) else set(sizes)
-        if missing := set(sizes) - given:
-            refuse(f"{where} has no entry for n_blocks = {min(missing)}")
-        if extra := given - set(sizes):
-            refuse(f"{where} has an entry for n_blocks = {min(extra)}, which the dataset lacks")
 
 
 # --- thinner presets ------------------------------------------------------------------------------
@@ -303,60 +273,48 @@ def _thinned(entries: Entries, thin: dict) -> Entries:
 
 def _less(key: str, value: Any, where: str, thin: dict) -> Any:
     """Fewer values of a grid, a part of the replicates, or a shorter time."""
-    if key == "also" and value:
-        return {axis: _less(axis, grid, where, thin) for axis, grid in value.items()}
     if key in SETTINGS:
         return min(value, thin[key]) if key in thin else value
-    is_grid = isinstance(value, list | dict)
-    if not is_grid or key not in QUANTITIES or key in ("n_blocks", "method", "seed"):
-        return value
+    if key == "also" and value:
+        return {axis: _less(axis, grid, where, thin) for axis, grid in value.items()}
     if is_by_size(value):
         return {size: _less(key, grid, where, thin) for size, grid in value.items()}
-    if key != "replicate":
-        values = grid_values(value, where)
-        return list(values[:: math.ceil(len(values) / thin.get("values", len(values)))])
-    is_count = isinstance(value, dict) and "count" in value
-    replicates = range(value["count"]) if is_count else grid_values(value, where)
-    kept = max(2, math.ceil(len(replicates) / thin.get("replicates", 1)))
-    return list(replicates[:kept])
+    is_grid = key in QUANTITIES and isinstance(value, list | dict)
+    if not is_grid or key in ("n_blocks", "method", "seed"):
+        return value
+    values = list(grid_values(value, where))
+    if key == "replicate":
+        return values[: max(2, math.ceil(len(values) / thin.get("replicates", 1)))]
+    return values[:: math.ceil(len(values) / thin.get("values", len(values)))]
 
 
 # --- films ----------------------------------------------------------------------------------------
 
 
-def _films(config: dict, datasets: Mapping, preset: str) -> dict[str, PlannedFilm]:
-    for name in datasets:
-        if name.endswith((FILM, TRACK)):
-            refuse(f"datasets.{name}: only films have names that end in {FILM} or {TRACK}")
-    camera = {name: setting.default for name, setting in camera_settings().items()}
-    for name in config.get("camera", {}):
-        if name not in camera:
-            allowed = f": allowed are {', '.join(camera)}"
-            refuse(f"unknown key {shown(name)} in camera{hint(name, camera) or allowed}")
-    camera |= config.get("camera", {}) | {"seed": config["seed"]}
+def _films(config: dict, datasets: dict[str, PlannedDataset], preset: str) -> dict[str, dict]:
+    """What the job of each film needs."""
+    settings, given = camera_settings(), config.get("camera", {})
+    for name in given.keys() - settings.keys():
+        refuse(f"unknown key {shown(name)} in camera{meant_by(name, settings)}")
+    camera = {name: setting.default for name, setting in settings.items()}
+    camera |= given | {"seed": config["seed"]}
     try:
         rate = Camera(**camera).frames_per_second
     except InputError as error:
         refuse(f"camera.{error}")
-    films = {}
-    for name, keys in config.get("films", {}).items():
-        _check_filmed(name, keys["of"], datasets, rate, preset)
-        films[name] = PlannedFilm(name, keys["of"], camera)
-    return films
-
-
-def _check_filmed(name: str, of: str, datasets: Mapping, rate: float, preset: str) -> None:
-    """Refuse what is no series of one point, or is not sampled at the instants of the frames."""
-    where = f"films.{name}.of = {shown(of)}"
-    if of not in datasets:
-        refuse(f"{where}: preset {preset} has no such dataset", of, datasets)
-    dataset = datasets[of]
-    if dataset.kind.name != "series" or len(dataset.points) != 1:
-        refuse(f"{where}: must be a series of one point")
-    missing = [name for name in NEEDED if name not in dataset.settings["samples"]]
-    if missing:
-        refuse(f"{where}: its samples lack {', '.join(missing)}")
-    interval, needed = dataset.settings["sample_interval"], 1 / rate / TIME_S
-    if abs(interval / needed - 1) > _FRAME_TOLERANCE:
-        text = f"its sample_interval is {interval:g}, {rate:g} frames a second need {needed:.7g}"
-        refuse(f"{where}: {text}")
+    for name in config.get("films", []):
+        if name not in datasets:
+            refuse(f"films: {name}: preset {preset} has no such dataset", name, datasets)
+        filmed, dataset = datasets[name].settings, datasets[name]
+        is_single = dataset.kind.name == "series" and len(dataset.points) == 1
+        if not (is_single and set(FILMED) <= set(filmed["samples"])):
+            refuse(
+                f"films: {name}: must be a series of one point that samples {' and '.join(FILMED)}"
+            )
+        interval, needed = filmed["sample_interval"], 1 / rate / TIME_S
+        if abs(interval / needed - 1) > _FRAME_TOLERANCE:
+            text = (
+                f"its sample_interval is {interval:g}, {rate:g} frames a second need {needed:.7g}"
+            )
+            refuse(f"films: {name}: {text}")
+    return {name: {"film": name, "camera": camera} for name in config.get("films", [])}

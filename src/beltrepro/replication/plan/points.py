@@ -5,7 +5,7 @@ follow the fields of `Point`. Their order is that of the points: the last one va
 """
 
 from collections.abc import Sequence
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,11 +42,6 @@ class Described(NamedTuple):
     description: str  # one sentence
 
 
-def described(rows: dict[str, str]) -> dict[str, Described]:
-    """Words by name, of the rows of words.yaml."""
-    return {name: Described(*map(str.strip, row.split("|", 2))) for name, row in rows.items()}
-
-
 class Point(NamedTuple):
     """One value of each quantity."""
 
@@ -66,15 +61,17 @@ class Point(NamedTuple):
     replicate: int
 
 
-QUANTITIES = described(WORDS["quantities"])
+QUANTITIES, SETTINGS = (
+    {name: Described(*map(str.strip, row.split("|", 2))) for name, row in WORDS[part].items()}
+    for part in ("quantities", "settings")
+)
+"""Settings are what all points of a dataset share and no axis can vary."""
 CHAIN = tuple(field.name for field in fields(ChainParameters) if field.name in QUANTITIES)
 """The quantities that are parameters of the chain; the others say how it is computed."""
 LAW = tuple(name for name in CHAIN if name not in ("n_blocks", "belt_velocity", "noise"))
 """The constants of the law of the springs and of friction."""
-_CHAIN = {one.name: one.default for one in fields(ChainParameters) if one.default is not MISSING}
 DEFAULTS: dict[str, Any] = {
-    **dict.fromkeys(QUANTITIES, REQUIRED),
-    **{name: value for name, value in _CHAIN.items() if name in QUANTITIES},
+    **{name: getattr(ChainParameters, name, REQUIRED) for name in CHAIN},
     **{"initial_spread": 0.0, "method": "event", "time_step": 0.001, "seed": 1, "replicate": 0},
 }
 """Values of the quantities where a dataset gives none."""
@@ -88,7 +85,7 @@ def chain(point: Point) -> ChainParameters:
 def plain(points: Sequence[Point]) -> dict:
     """Points as plain values: of each quantity the one value of all, or a list."""
     table: dict[str, Any] = {"count": len(points)}
-    for name, values in zip(Point._fields, map(list, zip(*points, strict=True)), strict=True):
+    for name, *values in zip(Point._fields, *points, strict=True):
         table[name] = values[0] if len(set(values)) == 1 else values
     return table
 
@@ -102,4 +99,4 @@ def points_of(table: dict) -> list[Point]:
 
 def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:
     """Points as arrays."""
-    return dict(zip(Point._fields, map(np.array, zip(*points, strict=True)), strict=True))
+    return {name: np.array(values) for name, *values in zip(Point._fields, *points, strict=True)}

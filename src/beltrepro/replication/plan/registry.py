@@ -1,23 +1,23 @@
 """Which figures and tables the studies have, and what each says of itself, without importing any.
 
-A module that assigns `FIGURES = {"name": Figure(...)}` has a function of each name that draws the
-figure; `TABLES = {"name": Table(...)}` stands for functions that make tables. The arguments are
-literals, so they are read from its text: the workflow asks for them in every job and must not wait
-for pandas and matplotlib. Words may stand in `words.yaml` beside the module instead.
+The `figures.py` of a study assigns `FIGURES = {"name": Figure(...)}`, and has a function of each
+name that draws the figure; `TABLES = {"name": Table(...)}` in its `measure.py` stands for functions
+that make tables. They are read without the rest of the module: the workflow asks for them in every
+job and must not wait for pandas and matplotlib. Words may stand in `words.yaml` beside it.
 """
 
 import ast
 import functools
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import yaml
 
 from beltrepro.base.errors import InputError
-from beltrepro.base.names import hint
+from beltrepro.base.names import hint, one_of
 
 STUDIES = Path(__file__).parent.parent / "studies"
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
@@ -63,21 +63,17 @@ E = TypeVar("E", Table, Figure)
 @functools.cache
 def figures(folder: Path = STUDIES) -> dict[str, Figure]:
     """All figures by name, those of the paper first, in its order; InputError for a wrong entry."""
-    entries = _entries(folder, "FIGURES", Figure)
+    entries = _entries(folder, "figures.py", "FIGURES", Figure)
     for name, figure in entries.items():
-        if figure.category not in CATEGORIES:
-            raise InputError(
-                f"figure {name}: category = {figure.category!r}: "
-                f"allowed are {', '.join(CATEGORIES)}{hint(figure.category, CATEGORIES)}"
-            )
-    order = {category: place for place, category in enumerate(CATEGORIES)}
-    return dict(sorted(entries.items(), key=lambda item: (order[item[1].category], item[0])))
+        one_of(f"figure {name}: category", figure.category, CATEGORIES)
+    places = {name: (CATEGORIES.index(entry.category), name) for name, entry in entries.items()}
+    return {name: entries[name] for name in sorted(entries, key=places.__getitem__)}
 
 
 @functools.cache
 def tables(folder: Path = STUDIES) -> dict[str, Table]:
     """All tables by name; InputError for a wrong entry."""
-    return dict(sorted(_entries(folder, "TABLES", Table).items()))
+    return dict(sorted(_entries(folder, "measure.py", "TABLES", Table).items()))
 
 
 def figures_with(claim: str, variant: str, estimate: str) -> list[str]:
@@ -111,35 +107,25 @@ def check_uses(entries: dict, inputs: Iterable[str], where: str) -> None:
                 raise InputError(f"{name} uses {used!r}, which {where} lacks{hint(used, inputs)}")
 
 
-def _entries(folder: Path, label: str, kind: type[E]) -> dict[str, E]:
-    """What modules assign to a name at their top, with the words beside them."""
+def _entries(folder: Path, file: str, label: str, kind: type[E]) -> dict[str, E]:
+    """What the modules of this name assign to a label at their top, with the words beside them."""
     entries: dict[str, E] = {}
-    for path in sorted(folder.rglob("*.py")):
-        text = path.read_text(encoding="utf-8")
-        for node in ast.parse(text).body if f"\n{label} = " in text else ():
+    for path in sorted(folder.rglob(file)):
+        words_path = path.with_name("words.yaml")
+        texts = yaml.load(words_path.read_text("utf-8"), _LOADER) if words_path.exists() else {}
+        words = texts.get(label.lower(), {})
+        module = f"{__package__.removesuffix('plan')}studies.{path.parent.name}.{path.stem}"
+        for node in ast.parse(path.read_text("utf-8")).body:
             if not isinstance(node, ast.Assign) or ast.unparse(node.targets[0]) != label:
                 continue
-            table: Any = node.value
-            words = _words(path.with_name("words.yaml")).get(label.lower(), {})
-            module = ".".join(
-                [__package__.rpartition(".")[0], "studies", path.parent.name, path.stem]
-            )
             try:
-                for key, call in zip(table.keys, table.values, strict=True):
-                    name = ast.literal_eval(key)
-                    fields = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
-                    entry = kind(**words.get(name, {}) | fields, module=module)
+                assigned = eval(ast.unparse(node.value), {kind.__name__: kind})
+                for name, entry in assigned.items():
                     if name in entries:
                         raise ValueError(f"{name!r} is an entry of {entries[name].module} as well")
-                    entries[name] = entry
-            except (AttributeError, TypeError, ValueError) as error:
+                    entries[name] = replace(entry, module=module, **words.get(name, {}))
+            except Exception as error:  # whatever a module can be wrong by
                 form = f'must be {{"name": {kind.__name__}(uses=..., ...)}} of literals'
-                raise InputError(
-                    f"{path.parent.name}/{path.name}: {label} {form}: {error}"
-                ) from None
+                place = f"{path.parent.name}/{path.name}"
+                raise InputError(f"{place}: {label} {form}: {error}") from None
     return entries
-
-
-@functools.cache
-def _words(path: Path) -> dict[str, Any]:
-    return yaml.load(path.read_text(encoding="utf-8"), _LOADER) if path.exists() else {}
