@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> None:
     for name in ("step", "unstable"):
         if getattr(options, name):
             raise InputError(f"{name}: only a branch has one, give --lower and --upper too")
-    from beltrepro.chaos import classify
+    from beltrepro import classify
 
     motion = dict(vars(classify(chain, **settings)))
     del settings["progress"], motion["parameters"]
@@ -52,10 +52,11 @@ def run(options: argparse.Namespace) -> None:
 
 def _follow(chain: Any, settings: dict[str, Any], options: argparse.Namespace) -> None:
     """Find the orbit, follow it, and print its ends and the table."""
-    from beltrepro.chaos import continuation, orbit_branch, periodic_orbit
+    from beltrepro import orbit_branch, periodic_orbit
+    from beltrepro.chaos.continuation import check_course
 
     course = {name: getattr(options, name) for name in ("lower", "upper", "step")}
-    continuation.check_course(chain, options.quantity, **course)  # before the orbit is sought
+    check_course(chain, options.quantity, **course)  # before the orbit is sought
     orbit = periodic_orbit(chain, **settings)
     how = {"unstable": options.unstable, "tolerance": options.tolerance}
     progress = shared.progress_of("branch")
