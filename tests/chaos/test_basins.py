@@ -1,7 +1,5 @@
 """Basins: closed answers, the two motions at u = 15, labels along the belt velocity."""
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -15,11 +13,10 @@ from beltrepro import (
     slipping_state,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.basins import Attractor, Basins
+from beltrepro.chaos import basins as attraction
+from beltrepro.chaos.basins import Attractor
 from beltrepro.chaos.periodic_orbits import close_orbit
 from beltrepro.stats import estimates
-
-attraction = sys.modules[Basins.__module__]  # `basins` is a function, too
 
 # All blocks slip or move with the belt; on a cycle of 23 slips from there.
 LOW = [156.6, 298.4, 426.1, 531.6, 611.1], [15.0, 4.3, -20.7, 15.0, -4.4]

@@ -49,7 +49,7 @@ class Attractor:
     disorder_parameter: float
     mean_length: float
     orbit: PeriodicOrbit | None = None
-    rows: list[int] = field(default_factory=list)  # of the runs that reach it
+    rows: list[int] = field(default_factory=list, repr=False)  # of the runs that reach it
     label: int = 0  # from 1; 0 until it is known
 
     @classmethod

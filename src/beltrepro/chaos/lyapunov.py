@@ -18,9 +18,9 @@ from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
+from beltrepro.stats.motion import margin
 
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
-_ERRORS = 3.0  # standard errors that the exponent of the motion itself may be from zero
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,8 +82,9 @@ class LyapunovSpectrum(Tabled):
             return None
         first = int(np.argmin(np.abs(self.exponents[finite])))
         time = self.growth.shape[1] * self.interval
-        margin = np.nanmax([_ERRORS * self.standard_error[first], 5.0 / time])
-        return first if abs(self.exponents[first]) <= margin else None
+        # the error of a short run is not known
+        least = margin(np.nan_to_num(self.standard_error[first]), time)
+        return first if abs(self.exponents[first]) <= least else None
 
     def __repr__(self) -> str:
         first = ", ".join(
