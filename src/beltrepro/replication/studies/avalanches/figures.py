@@ -126,8 +126,10 @@ def _densities(axes, first, other, claim):
 def _density(axes, histogram, **look):
     """Density with the standard errors that its chains tell."""
     filled = histogram.count > 0
-    error = np.nan_to_num(histogram.error)
-    axes.errorbar(histogram.centre[filled], histogram.density[filled], error[filled], **look)
+    density, error = histogram.density[filled], np.nan_to_num(histogram.error[filled])
+    # where one chain alone fills a bin both are equal, and the bar must not end just above zero
+    error = np.where(np.isclose(error, density, atol=0), density, error)
+    axes.errorbar(histogram.centre[filled], density, error, **look)
 
 
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
