@@ -10,7 +10,6 @@ import pytest
 
 import made_up_results
 from beltrepro.cli import app as cli
-from beltrepro.replication.plan import manifest
 from beltrepro.replication.report.claim_results import count, read
 
 GIVEN = {"u-critical": {"replicated": "yes", "robust": "open"}, "outliers": "missing"}
@@ -86,7 +85,6 @@ def test_what_is_not_there_is_named(capsys, results, tmp_path):
     assert status == 2 and "--robust in part: no claim" in said.err and "there are " in said.err
     (tmp_path / "claims.csv").write_text("id,variant,verdict\nu-critical,,holds\n")
     (tmp_path / "estimates.csv").write_text("id,variant,name\nu-critical,,a\n")
-    manifest.add(tmp_path, tmp_path.iterdir())
     status, said = printed(capsys, "--results", tmp_path)
     assert status == 2 and "made by an earlier version" in said.err
 

@@ -25,7 +25,7 @@ FIGURES = registry.figures()
 
 def written(figure, folder):
     paths = folder / "figure.png", folder / "figure.pdf"
-    style.save(figure, *paths)
+    style.save(figure, *paths, {})
     return paths
 
 

@@ -1,9 +1,152 @@
-"""How far numbers of another machine may be from the list; `test_integrity.py` has the files."""
+"""Results compared with a list: bits here, bounds on another machine."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import small_plans
+from beltrepro.base.errors import InputError
+from beltrepro.cli import app as cli
 from beltrepro.extras import verification
+from beltrepro.extras.verification import NEAR, SAME, WRONG
+from beltrepro.replication.plan import io
+from beltrepro.replication.plan.points import columns
+
+OTHER = {"processor": "another processor"}
+
+
+def plan(preset="own", **changes):
+    rows = {"n_blocks": [2, 5], "belt_velocity": [5, 10, 15, 20], "noise": 1}
+    rows |= {"replicate": {"count": 8}, "duration": 2000} | changes
+    return small_plans.planned(name="rows", preset=preset, **rows)
+
+
+def write(folder, made, noise=0.0, **others):
+    """A scan: r of the points, to the share of noise, and other arrays."""
+    points = made.datasets["rows"].points
+    random = np.random.default_rng(1).standard_normal(len(points))
+    disorder = np.linspace(0.1, 0.3, len(points)) * (1 + noise * random)
+    arrays = columns(points) | {"disorder_parameter": disorder} | others
+    io.write(folder / "datasets" / "rows.h5", made.dataset_spec("rows"), arrays)
+
+
+def write_table(path, **columns):
+    io.write_table(path, pd.DataFrame(columns), title="T.", columns={}, sources={})
+
+
+@pytest.fixture
+def compared(tmp_path):
+    """A folder of results, and a function that compares it with the list of what it was first."""
+    folder = tmp_path / "results" / "own"
+    write_table(folder / "tables" / "t.csv", n=[1])
+    write_table(folder / "claims.csv", id=["a", "b"], replicated=["yes"] * 2, robust=["yes", "no"])
+
+    def compare(made=None, **machine):
+        if made or not (tmp_path / "own.json").exists():
+            write(folder, made or plan())
+            verification.write_list(tmp_path / "own.json", folder)
+        listed = verification.read_list(tmp_path / "own.json")
+        listed.machine |= machine
+        return {file.name: file for file in verification.compare(folder, listed)}
+
+    compare()
+    return folder, compare
+
+
+def test_the_same_results_have_the_same_bits(compared):
+    _, compare = compared
+    for machine in ({}, OTHER):
+        assert {file.outcome for file in compare(**machine).values()} == {SAME}
+
+
+@pytest.mark.parametrize(
+    ("duration", "noise", "machine", "outcome"),
+    [
+        (2000, 1e-15, {}, WRONG),
+        (2000, 1e-15, OTHER, NEAR),
+        (2000, 0.01, OTHER, NEAR),
+        (2000, 30.0, OTHER, WRONG),
+        (100, 1e-9, OTHER, NEAR),  # short runs agree closely
+        (100, 1e-3, OTHER, WRONG),
+    ],
+)
+def test_other_numbers_are_wrong_here_and_bounded_elsewhere(
+    compared, duration, noise, machine, outcome
+):
+    folder, compare = compared
+    compare(plan(duration=duration))
+    write(folder, plan(duration=duration), noise)
+    comparison = compare(**machine)["rows"]
+    assert comparison.outcome == outcome
+    if outcome == WRONG:
+        assert "rows.h5: disorder_parameter " in comparison.words
+        assert comparison.words.endswith(": delete it and make it again")
+
+
+def test_what_points_are_and_what_they_were_told_agrees_everywhere(compared):
+    folder, compare = compared
+    velocity = columns(plan().datasets["rows"].points)["belt_velocity"]
+    write(folder, plan(), belt_velocity=np.nextafter(velocity, 100.0))
+    assert "belt_velocity has other bits" in compare(**OTHER)["rows"].words
+    for other in (plan("other"), plan(duration=2001)):
+        write(folder, other)
+        assert "rows.h5: holds another dataset" in compare(**OTHER)["rows"].words
+
+
+def test_missing_and_damaged_files_are_named(compared, tmp_path):
+    folder, compare = compared
+    (folder / "figures").mkdir()
+    (folder / "figures" / "fig01.png").write_bytes(b"no seal")
+    assert "fig01.png: has no seal" in compare()["fig01.png"].words
+    (folder / "datasets" / "rows.h5").unlink()
+    assert "rows.h5: no such file" in compare()["rows"].words
+    with pytest.raises(InputError, match="no datasets there"):
+        verification.make_list(folder)
+    for path in (folder / "tables" / "t.csv", folder / "claims.csv"):
+        path.write_text(path.read_text().replace("\n", "\n\n", 1))
+        assert f"{path}: damaged: its bytes" in compare()[path.stem].words
+    (folder / "tables" / "t.csv").write_text("n\n1\n")
+    assert "t.csv: has no seal" in compare()["t"].words
+    (folder / "tables" / "t.csv").unlink()
+    assert "t.csv: no such file" in compare()["t"].words
+    write_table(folder / "tables" / "t.csv", n=[2])
+    assert compare(**OTHER)["t"].outcome == WRONG  # the dataset is missing, so nothing tells where
+
+
+def test_a_difference_matters_if_a_verdict_differs(compared):
+    folder, compare = compared
+    write(folder, plan(), 0.01)
+    comparisons = list(compare(**OTHER).values())
+    assert {file.outcome for file in comparisons} == {SAME, NEAR}
+    assert verification.conclusion(comparisons).startswith("equal within the bounds")
+    write_table(folder / "claims.csv", id=["a", "b"], replicated=["yes"] * 2, robust=["yes"] * 2)
+    (wrong,) = (file for file in compare(**OTHER).values() if file.outcome == WRONG)
+    assert wrong.words == "claim b: yes and yes here, yes and no in the list; this matters"
+    assert verification.conclusion([wrong]).startswith("different")
+
+
+def test_the_command_says_what_it_found(compared, tmp_path, capsys):
+    folder, _ = compared
+    words = ["verify", str(folder), "--list", str(tmp_path / "own.json")]
+    assert cli.main(words) == 0
+    assert capsys.readouterr().out == "3 the same bits\nequal: every bit of the list\n"
+    write(folder, plan(), 0.1)
+    assert cli.main(words) == 1
+    shown = capsys.readouterr()
+    assert shown.out == "1 wrong, 2 the same bits\ndifferent: see the lines above\n"
+    assert shown.err.startswith(f"error: {folder / 'datasets' / 'rows.h5'}: disorder_parameter has")
+    assert cli.main([*words, "--write"]) == 0 and cli.main(words) == 0
+
+
+EMPTY_ENTRY = '{"preset": "a", "run": "a", "machine": {}, "tables": {}, "datasets": {"a": {}}}'
+
+
+@pytest.mark.parametrize("content", [None, "", "{", "{}", "[]", EMPTY_ENTRY])
+def test_an_unreadable_list_is_one_line(tmp_path, content, capsys):
+    if content is not None:
+        (tmp_path / "l.json").write_text(content)
+    assert cli.main(["verify", str(tmp_path), "--list", str(tmp_path / "l.json")]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("share", [-1.2, -0.8, 0.8, 1.2])

@@ -13,7 +13,7 @@ SCRIPT = ROOT / "workflow" / "scripts" / "simulate.py"
 REPORT, CLAIMS = "beltrepro.replication.report.page", "beltrepro.replication.studies.every_claim"
 JOBS = {
     **{f"scan {name}": ("beltrepro.simulation.scans", name) for name in ("event", "verlet")},
-    "join": ("beltrepro.replication.plan.files", ""),
+    "join": ("beltrepro.replication.plan.io", ""),
     "fig12": (registry.figures()["fig12"].module, ""),
     "claims": (CLAIMS, ""),
     "report": (REPORT, ""),

@@ -14,12 +14,11 @@ import h5py
 import numpy as np
 import pytest
 
-import damages
 import snakemake_calls
-from beltrepro.base import progress, store
+from beltrepro.base import progress, seal, store
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.cli import app as cli
-from beltrepro.replication.plan import lock, manifest, registry, scripting
+from beltrepro.replication.plan import lock, registry, scripting
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import Plan, make_plan
 from beltrepro.replication.plan.points import columns
@@ -224,7 +223,7 @@ def test_touched_file_without_a_change_reruns_nothing(finished):
     ("name", "rule"),
     [
         ("datasets/u1.h5", "join"),
-        ("agreement.csv-metadata.json", "derive"),
+        ("agreement.csv", "derive"),
         ("estimates.csv", "claims"),
         ("figures/fig09.pdf", "draw"),
     ],
@@ -431,37 +430,12 @@ def test_smoke_has_the_numbers_of_the_published_list(smoke, capsys):
 
 
 @pytest.mark.slow
-def test_a_file_copied_over_another_is_refused_with_the_remedy(tree, smoke):
-    path = smoke / "datasets" / "n5_rows.h5"
-    before = path.read_bytes()
-    target = "results/smoke/figures/fig17.png"
-    try:
-        shutil.copy(smoke / "datasets" / "n5_map.h5", path)
-        done = snakemake(tree, "--cores", "1", target)
-    finally:
-        path.write_bytes(before)
-    line = done.stderr.strip().splitlines()[-1]
-    assert done.returncode == 1
-    assert "holds dataset n5_map (scan) of preset smoke, run smoke" in line
-    assert line.endswith("rm -f results/smoke/datasets/n5_rows.h5 && "
-                         "snakemake --cores 2 --config preset=smoke")  # fmt: skip
-
-
-@pytest.mark.slow
-def test_no_damaged_file_of_smoke_is_taken_for_whole(smoke, monkeypatch):
-    monkeypatch.chdir(smoke.parents[1])
-    counts, wrong = damages.run(smoke, Workflow(CONFIG | {"preset": "smoke"}))
-    assert wrong == []
-    assert {kind for kind, *_ in counts} == {".h5", ".csv", ".png"}
-
-
-@pytest.mark.slow
-def test_smoke_lists_all_that_it_wrote_and_no_damage_of_it_is_taken(smoke):
-    there = {path.relative_to(smoke).as_posix() for path in smoke.rglob("*") if path.is_file()}
-    without = ("batches/", "benchmarks/", "logs/", ".", manifest.NAME)
-    assert manifest.of_run(smoke).keys() == {name for name in there if not name.startswith(without)}
-    counts, wrong = damages.run_in_run(smoke)
-    assert wrong == [] and counts.total() > 2000
+def test_each_file_of_smoke_has_its_seal(smoke):
+    made = Workflow(CONFIG | {"preset": "smoke"}).everything()
+    paths = [smoke / path.removeprefix("<results>/") for path in made]
+    assert {path.suffix for path in paths} == {".h5", ".csv", ".png", ".pdf", ".mp4", ".html"}
+    for path in paths:
+        seal.check(path)
 
 
 @pytest.mark.slow

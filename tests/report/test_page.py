@@ -18,8 +18,7 @@ import made_up_results
 import pages
 from alternating import studies
 from beltrepro.base import store
-from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import files, registry
+from beltrepro.replication.plan import registry
 from beltrepro.replication.report import conduct, judged, page, trust
 from beltrepro.replication.report.claim_results import count, read_tables
 from beltrepro.replication.report.contents import SECTIONS, SUMMARY
@@ -154,14 +153,6 @@ def test_a_section_without_its_files_is_left_out(tmp_path):
     assert "No benchmark files were found" in text
     anchors = re.findall(r'<section id="(.*?)">', text)
     assert "claims" in anchors and "figures" not in anchors
-
-
-def test_a_dataset_that_is_not_the_one_asked_for_is_refused(tmp_path):
-    run = pages.material(tmp_path, datasets=datasets(tmp_path))
-    assert len(run.datasets) == 4
-    identity = dict.fromkeys(files.IDENTITY, "other") | {"digest": "other"}
-    with pytest.raises(InputError, match=r"lifetimes\.h5: holds"):
-        _ = dataclasses.replace(run, expected={"lifetimes": identity}).datasets
 
 
 def test_the_page_is_valid_html_and_headings_leave_no_level_out(text):

@@ -1,18 +1,15 @@
 """What is published is what the run has; README.md has its numbers."""
 
 import base64
-import hashlib
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-import damages
 import made_up_results
+from beltrepro.base import seal
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import manifest
 from beltrepro.replication.report import findings, publishing
 from beltrepro.replication.report.claim_results import count, read
 from beltrepro.replication.verdicts.criteria import VERDICTS
@@ -25,6 +22,7 @@ def picture(path, seed=0, side=40):
     path.parent.mkdir(exist_ok=True)
     levels = np.random.default_rng(seed).integers(0, 255, (side, side, 3), dtype=np.uint8)
     Image.fromarray(levels).save(path)
+    seal.put(path)
 
 
 def pictures_of(folder):
@@ -42,8 +40,8 @@ def finished(tmp_path):
     (folder / "report.html").write_text(
         "".join(f'<img src="data:image/png;base64,{image}">' for image in images)
     )
+    seal.put(folder / "report.html")
     (folder / "figures" / "fig00.pdf").write_bytes(b"%PDF")
-    manifest.add(folder, folder.rglob("*"))
     return folder
 
 
@@ -51,26 +49,21 @@ def test_report_figures_and_tables_are_published(finished, tmp_path):
     folder = publishing.publish(finished, tmp_path / "docs")
     names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert folder == tmp_path / "docs" / "standard"
-    assert names == {
-        *publishing.FILES, "figures/fig00.png", "figures/fig01.png", "manifest-sha256.txt"
-    }  # fmt: skip
-    for line in (folder / "manifest-sha256.txt").read_text().splitlines():
-        checksum, name = line.split("  ")
-        assert checksum == hashlib.sha256((folder / name).read_bytes()).hexdigest()
-        if name in ("article.pdf", "claims.csv", "estimates.csv"):
+    assert names == {*publishing.FILES, "figures/fig00.png", "figures/fig01.png"}
+    for name in names:
+        seal.check(folder / name)
+        if name.endswith(".csv"):
             assert (folder / name).read_bytes() == (finished / name).read_bytes()
-        names.remove(name)
-    assert names == {"manifest-sha256.txt"}
 
 
 def test_the_report_is_one_file_that_holds_the_published_pictures(finished, tmp_path, monkeypatch):
     other = '<img src="data:image/png;base64,AAAA">'
-    (finished / "report.html").write_text((finished / "report.html").read_text() + other)
-    manifest.add(finished, [finished / "report.html"])
+    (finished / "report.html").write_text(seal.content(finished / "report.html") + other)
+    seal.put(finished / "report.html")
     folder = publishing.publish(finished, tmp_path / "docs")
     images = [base64.b64encode(path.read_bytes()).decode() for path in pictures_of(folder)]
     shown = "".join(f'<img src="data:image/png;base64,{image}">' for image in images)
-    assert (folder / "report.html").read_text() == shown + other
+    assert seal.content(folder / "report.html") == shown + other
     monkeypatch.setattr(publishing, "REPORT_LIMIT", len(shown))
     with pytest.raises(InputError, match=r"report\.html: larger than"):
         publishing.publish(finished, tmp_path / "docs")
@@ -98,16 +91,19 @@ def test_an_unfinished_run_is_refused(finished, tmp_path, name):
 
 @pytest.mark.parametrize("name", [*publishing.FILES, "figures/fig01.png"])
 def test_a_damaged_file_is_not_published(finished, tmp_path, name):
-    damages.flipped(0.5)(finished / name, finished)
-    with pytest.raises(InputError, match=f"{name}: damaged or changed: not what the run wrote; "):
-        publishing.publish(finished, tmp_path / "docs")
+    content = (finished / name).read_bytes()
+    for damaged in (content[:-50], content[:99] + b"#" + content[100:]):
+        (finished / name).write_bytes(damaged)
+        with pytest.raises(InputError, match=f"{name}: (damaged|has no seal): "):
+            publishing.publish(finished, tmp_path / "docs")
 
 
 def test_a_published_table_is_compared_when_it_is_read(finished, tmp_path):
     folder = publishing.publish(finished, tmp_path / "docs")
     read(folder)
-    damages.by_hand(folder / "claims.csv", folder)
-    with pytest.raises(InputError, match=r"not what the run wrote; copy or publish that run again"):
+    text = (folder / "claims.csv").read_text()
+    (folder / "claims.csv").write_text(text.replace(",yes,", ",no,", 1))
+    with pytest.raises(InputError, match=r"claims.csv: damaged: "):
         read(folder)
 
 
@@ -203,10 +199,8 @@ def test_a_sentence_that_does_not_hold_stops_the_paper_and_no_other_run(
         publishing.publish(paper, tmp_path / "docs")
     assert list((tmp_path / "docs").iterdir()) == []
     made_up_results.write(paper, dict.fromkeys(load_ledger(), "yes") | said)
-    origin = {"beltrepro:origin": {"code_version": "1"}}
-    (paper / "claims.csv-metadata.json").write_text(json.dumps(origin))
     folder = publishing.publish(paper, tmp_path / "docs")
-    assert (folder / "article.pdf").read_bytes() == b"%PDF"
+    assert seal.content(folder / "article.pdf") == "%PDF"
     monkeypatch.chdir(tmp_path)
     text, _ = block("standard")
     assert "- Two: " in text and "One" not in text

@@ -417,7 +417,7 @@ def test_a_file_that_holds_no_run_is_refused_in_one_line(tmp_path):
     (tmp_path / "text.h5").write_text("no")
     store.write(tmp_path / "scan.h5", {"x": np.zeros(3)}, {"kind": "scan"})
     store.write(tmp_path / "part.h5", {"x": np.zeros(3)}, {"kind": "run"})
-    refusals = {"missing": "no such file", "text": "not a readable HDF5 file"}
+    refusals = {"missing": "no such file", "text": "has no seal"}
     refusals |= {"scan": "not a run, but of kind 'scan'", "part": "a run without 'n_blocks'"}
     for name, words in refusals.items():
         with pytest.raises(InputError) as caught:

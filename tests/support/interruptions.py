@@ -36,8 +36,8 @@ KINDS = {  # signal, and whether to all processes
 }
 # what differs between two undisturbed runs too
 OWN = ("logs", "benchmarks", ".lock")
-# the pages' times, and what the manifest says of such a page
-TIMES = re.compile(r'<section id="times".*?</section>|^[0-9a-f]{64}  \S+\.html$', re.S | re.M)
+# the pages' times, and so their seals
+TIMES = re.compile(r'<section id="times".*?</section>|<!-- beltrepro sha256 \w+ -->', re.S)
 
 
 def copy_of_project(place: Path) -> Path:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from beltrepro.replication.plan import manifest
+from beltrepro.replication.plan import io
 from beltrepro.replication.verdicts import measured
 from beltrepro.replication.verdicts.criteria import Measurement, bounds, names_in
 from beltrepro.replication.verdicts.ledger import load_ledger
@@ -47,12 +47,11 @@ def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def write(folder: Path, verdicts=None) -> tuple[Path, Path]:
-    """Write both tables and their checksums, and return their paths."""
+    """Write both tables, and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = folder / "claims.csv", folder / "estimates.csv"
     for path, table in zip(paths, tables(verdicts), strict=True):
-        table.to_csv(path, index=False, float_format="%.6g")
-    manifest.add(folder, paths)
+        io.write_table(path, table, title="Made up.", columns={}, sources={})
     return paths
 
 

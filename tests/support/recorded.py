@@ -56,7 +56,7 @@ def place(seconds, calm, seed):
 
 
 def run(speed, noise, *, seconds=1000.0, calm=None, seed=1, transient=2616.0):
-    """A series of one point as `inputs.load` gives it; blocks stick twice a second but for calm."""
+    """A series of one point as `io.load` gives it; blocks stick twice a second but for calm."""
     time, x = place(seconds, calm, seed)
     share = np.arange(1, 6) / 5
     velocity = speed / VELOCITY_M_S
@@ -117,7 +117,7 @@ def track(of, *, seed=20, scale=1.0, every=1, lost=0):
 
 
 def film(of, *, frames=260):
-    """A film as `inputs.load` gives it: a function that yields the first frames."""
+    """A film as `io.load` gives it: a function that yields the first frames."""
     arrays = of.arrays
     seen = Movement(
         np.arange(frames) / RATE,

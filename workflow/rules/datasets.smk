@@ -38,8 +38,7 @@ rule join:
         "../envs/beltrepro.yaml"
     params:
         spec=lambda wildcards: FLOW.plan.dataset_spec(wildcards.dataset),
-        expected=FLOW.expected_batches,
-        code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.files"),
+        code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.io"),
     message:
         "Joining the batches of {wildcards.dataset}"
     script:

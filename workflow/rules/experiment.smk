@@ -7,9 +7,7 @@ rule film:
         unpack(FLOW.sources),
     output:
         video="<results>/experiment/{film}.mp4",
-        about_video="<results>/experiment/{film}.mp4-metadata.json",
         table="<results>/experiment/{film}.csv",
-        about_table="<results>/experiment/{film}.csv-metadata.json",
     log:
         "<logs>/experiment/{film}.log",
     benchmark:
@@ -19,7 +17,6 @@ rule film:
         "../envs/beltrepro.yaml"
     params:
         spec=lambda wildcards: FLOW.plan.films[wildcards.film].spec(),
-        expected=FLOW.expected_of_sources,
         code=lambda wildcards: FLOW.code(
             "film",
             "beltrepro.replication.camera.camera",

@@ -2,12 +2,11 @@
 
 
 rule derive:
-    "Derive a table from datasets. Beside the CSV file lies what made it (CSV on the Web)."
+    "Derive a table from datasets."
     input:
         unpack(FLOW.sources),
     output:
         table="<results>/{table}.csv",
-        about="<results>/{table}.csv-metadata.json",
     log:
         "<logs>/{table}.log",
     benchmark:
@@ -19,7 +18,6 @@ rule derive:
         module=lambda wildcards: FLOW.table(wildcards).module,
         title=lambda wildcards: FLOW.table(wildcards).title,
         columns=lambda wildcards: FLOW.table(wildcards).columns,
-        expected=FLOW.expected_of_sources,
         code=lambda wildcards: FLOW.code("derive", FLOW.table(wildcards).module),
     message:
         "Deriving {wildcards.table}.csv"
@@ -41,7 +39,6 @@ rule draw:
     conda:
         "../envs/beltrepro.yaml"
     params:
-        expected=FLOW.expected_of_figure,
         module=lambda wildcards: FLOW.figures[wildcards.figure].module,
         code=FLOW.code_of_figure,
     message:
@@ -85,7 +82,6 @@ rule claims:
     output:
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
-        about=[f"<results>/{name}.csv-metadata.json" for name in ("claims", "estimates")],
     log:
         "<logs>/claims.log",
     benchmark:
@@ -95,7 +91,6 @@ rule claims:
         "../envs/beltrepro.yaml"
     params:
         settings=FLOW.plan.settings(),
-        expected=FLOW.expected(*FLOW.judged),
         shown={name: figure.shows for name, figure in FLOW.figures.items()},
         code=lambda wildcards: FLOW.code("claims", "beltrepro.replication.studies.every_claim"),
     message:
@@ -125,7 +120,6 @@ rule report:
         preset=FLOW.plan.preset,
         settings=FLOW.plan.settings(),
         benchmarks=f"results/{RUN}/benchmarks",
-        expected=FLOW.expected_of_report(),
         code=lambda wildcards: FLOW.code("report", "beltrepro.replication.report.page", words=True),
     message:
         "Writing the report"

@@ -1,25 +1,18 @@
 """Measure the claims of the paper and write them as CSV."""
 
-from beltrepro.replication.plan import inputs, scripting
-from beltrepro.replication.plan import tables as files
+from beltrepro.replication.plan import io, scripting
 from beltrepro.replication.studies.every_claim import measure
 
 CLAIMS = "Every claim of the paper: what it prints, what was measured, and the verdict."
 ESTIMATES = "The numbers that the verdicts rest on, with their intervals and the allowed ranges."
 
 
-def claims(paths: dict, expected: dict, settings: dict, output) -> None:
-    """Measure the claims from files by name of the dataset or track."""
-    data = inputs.load(paths, expected)
-    found = measure(data, settings)
-    about = {"columns": {}, "sources": expected, "lineage": inputs.lineage(paths, data)}
-    files.write(output.estimates, found.estimates, title=ESTIMATES, **about)
-    files.write(output.claims, found.claims, title=CLAIMS, **about)
-
-
 def main(job):
-    files, params = dict(job.input.items()), job.params
-    claims(files, params.expected, params.settings, job.output)
+    data, sources = io.load(dict(job.input.items()))
+    measured = measure(data, job.params.settings)
+    about = {"columns": {}, "sources": sources}
+    io.write_table(job.output.estimates, measured.estimates, title=ESTIMATES, **about)
+    io.write_table(job.output.claims, measured.claims, title=CLAIMS, **about)
 
 
 if __name__ == "__main__":

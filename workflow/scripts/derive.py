@@ -3,17 +3,14 @@
 import importlib
 from pathlib import Path
 
-from beltrepro.replication.plan import inputs, scripting
-from beltrepro.replication.plan import tables as files
+from beltrepro.replication.plan import io, scripting
 
 
 def main(job):
-    """`expected` : what the files of datasets must say of themselves, by name."""
-    paths, params, output = dict(job.input.items()), job.params, Path(job.output.table)
-    data = inputs.load(paths, params.expected)
-    table = getattr(importlib.import_module(params.module), output.stem)(data)
-    about = {"title": params.title, "columns": params.columns, "sources": params.expected}
-    files.write(output, table, lineage=inputs.lineage(paths, data), **about)
+    path, params = Path(job.output[0]), job.params
+    data, sources = io.load(dict(job.input.items()))
+    table = getattr(importlib.import_module(params.module), path.stem)(data)
+    io.write_table(path, table, title=params.title, columns=params.columns, sources=sources)
 
 
 if __name__ == "__main__":

@@ -4,17 +4,13 @@ import importlib
 from pathlib import Path
 
 from beltrepro.replication.drawing import style
-from beltrepro.replication.plan import inputs, scripting
+from beltrepro.replication.plan import io, scripting
 
 
 def main(job):
-    """`expected` : preset, run and in `sources` what the files must say of themselves, by name."""
-    files, expected = dict(job.input.items()), job.params.expected
-    data = inputs.load(files, expected["sources"])
+    data, sources = io.load(dict(job.input.items()))
     draw = getattr(importlib.import_module(job.params.module), Path(job.output.png).stem)
-    figure = draw(data)
-    about = inputs.source(expected), inputs.lineage(files, data)
-    style.save(figure, job.output.png, job.output.pdf, *about)
+    style.save(draw(data), job.output.png, job.output.pdf, sources)
 
 
 if __name__ == "__main__":

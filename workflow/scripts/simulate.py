@@ -1,23 +1,20 @@
 """Simulate one batch of points of a dataset and write what its kind records."""
 
+import numba
+
 from beltrepro.base.progress import Progress
-from beltrepro.replication.plan import files, kinds, scripting
+from beltrepro.replication.plan import io, kinds, scripting
 from beltrepro.replication.plan.points import points_of
 
 
-def simulate(spec: dict, output, progress=None) -> None:
-    """Simulate what `Plan.batch_spec` says.
-
-    progress : called with the fraction done; a bar or log lines if not given.
-    """
-    points = points_of(spec["points"])
-    progress = progress or Progress(f"{spec['dataset']}: {len(points)} points")
-    files.write(output, spec, kinds.record(spec["kind"], points, spec["settings"], progress))
-
-
 def main(job):
-    scripting.use_threads(job.threads)
-    simulate(job.params.spec, job.output[0])
+    # By itself it takes all cores.
+    numba.set_num_threads(min(job.threads, numba.config.NUMBA_NUM_THREADS))
+    spec = job.params.spec
+    points = points_of(spec["points"])
+    progress = Progress(f"{spec['dataset']}: {len(points)} points")
+    recorded = kinds.record(spec["kind"], points, spec["settings"], progress)
+    io.write(job.output[0], spec, recorded)
 
 
 if __name__ == "__main__":

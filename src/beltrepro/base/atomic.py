@@ -1,10 +1,9 @@
 """Files that appear whole or not at all, whatever happens to the process or the machine."""
 
 import errno
-import glob
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from beltrepro.base.errors import InputError
@@ -16,17 +15,14 @@ UNFINISHED = ".unfinished-"
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
     """A file to write that takes its name when it is complete and on the disk."""
     path = Path(path)
+    # Of this process alone: a job outlives its killed Snakemake, and the next one writes beside it.
     unfinished = path.with_name(f"{UNFINISHED}{os.getpid()}-{path.name}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for left in _left_by_the_dead(path):
-            left.unlink(missing_ok=True)
-        unfinished.touch()
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        unfinished.touch()
     except OSError as error:
-        with suppress(OSError):
-            unfinished.unlink()
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
     try:
         yield unfinished
@@ -50,25 +46,10 @@ def look_for_room(path: Path, size: int) -> None:
         file.truncate(0)
 
 
-def clear(folder: Path) -> int:
+def clear(folder: Path) -> None:
     """Remove what killed processes have left half written."""
-    left = list(folder.rglob(f"{UNFINISHED}*"))
-    for path in left:
+    for path in folder.rglob(f"{UNFINISHED}*"):
         path.unlink(missing_ok=True)
-    return len(left)
-
-
-def _left_by_the_dead(path: Path) -> Iterator[Path]:
-    """What processes that were killed have left of a file."""
-    for left in path.parent.glob(f"{UNFINISHED}*-{glob.escape(path.name)}"):
-        process = left.name.removeprefix(UNFINISHED).removesuffix(f"-{path.name}")
-        with suppress(PermissionError):  # it lives, and is another user's
-            try:
-                os.kill(int(process), 0)
-            except ValueError:  # of another file whose name ends so
-                continue
-            except ProcessLookupError:
-                yield left
 
 
 def lack_of_room(error: OSError) -> str:

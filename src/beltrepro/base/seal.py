@@ -1,15 +1,9 @@
-"""The seal on a file of results: the SHA-256 of its bytes, which every reader compares.
+"""The seal on a file: the SHA-256 of all bytes before it, which stands behind the end of the data.
 
-It stands behind the end of a file whose format allows that (HDF5, PNG, PDF), as a marker and the
-digest; of others (CSV, films) in NAME-metadata.json beside the file. HDF5 files need it most:
-libhdf5 does not survive every flipped bit. One in the type of a text attribute is a segmentation
-fault, after one in the heap of these texts it reads on and on (stopped after 40 s). So the bytes
-are compared before it opens the file.
-
-The seal is no part of the data: an HDF5 file has in its superblock "the absolute file address of
-the first byte past the end of all HDF5 data" (HDF5 File Format Specification 3.0, II.A), a PNG ends
-with IEND and a PDF with %%EOF, and readers look no further. A file opened for writing loses its
-seal.
+Readers of HDF5, PNG and PDF look no further than the end of their data: HDF5 has its address in the
+superblock (File Format Specification 3.0, II.A), PNG ends with IEND and PDF with %%EOF. Elsewhere
+the seal is in a remark, or in a box that players skip. A file that another program opens for
+writing loses its seal.
 """
 
 import hashlib
@@ -18,73 +12,48 @@ from pathlib import Path
 from beltrepro.base import reading
 from beltrepro.base.errors import InputError
 
-MARKER = b"\nbeltrepro sha256 "
-LENGTH = len(MARKER) + 64
-KEY = "beltrepro:checksum"  # in the metadata beside a file
-_METADATA = "-metadata.json"
-
-
-def digest(content: bytes) -> str:
-    """SHA-256 of some bytes, as hexadecimal digits."""
-    return hashlib.sha256(content).hexdigest()
-
-
-def digest_of(path: Path) -> str:
-    """SHA-256 of the bytes of a file."""
-    with reading.opened(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+MARKER = "beltrepro sha256 "
+REMEDY = "delete it and make it again"
+# What stands around it. A box of MP4 begins with its length (ISO/IEC 14496-12, 4.2).
+_AROUND = {
+    ".csv": ("# ", "\n"),
+    ".html": ("<!-- ", " -->\n"),
+    ".mp4": ("\0\0\0\x5afree\n", ""),
+    ".svg": ("<!-- ", " -->\n"),
+}
 
 
 def put(path: Path) -> None:
     """Append the seal to a closed file."""
     with path.open("r+b") as file:
-        file.seek(0, 2)
-        file.write(MARKER + digest_of(path).encode())
+        digest = hashlib.file_digest(file, "sha256")
+        file.write(_seal(path, digest.hexdigest()))
 
 
-def metadata_path(path: Path) -> Path:
-    """Where it is said what a file is: beside it."""
-    return path.with_name(f"{path.name}{_METADATA}")
-
-
-def check(path: Path, *, strict: bool = False) -> None:
-    """Compare a file with its seal, at some 500 MB/s.
-
-    A file without a seal passes, unless `strict`: an older version made it, or a user.
-    """
-    agrees = _is_whole(path), _is_as_described(path)
-    if False in agrees:
-        raise InputError(f"{path}: damaged: its bytes do not have their checksum")
-    if strict and True not in agrees:
-        raise InputError(f"{path}: has no checksum: an older version made it, or another program")
-
-
-def _is_whole(path: Path) -> bool | None:
-    """Whether the bytes before the seal at the end of a file are as it says; None without one."""
+def check(path: Path) -> int:
+    """Compare a file with its seal, at some 500 MB/s, and return how many bytes are before it."""
     with reading.opened(path) as file:
-        file.seek(max(0, file.seek(0, 2) - LENGTH))
-        begin, end = file.tell(), file.read()
-        place = end.find(MARKER)
-        if place < 0:
-            return None
+        size = file.seek(0, 2)
+        end = file.seek(max(0, size - len(_seal(path, "0" * 64))))
+        said = file.read()
+        if MARKER.encode() not in said:
+            whose = "an older version made it, or another program changed it"
+            raise InputError(f"{path}: has no seal: {whose}: {REMEDY}")
         file.seek(0)
-        content, left = hashlib.sha256(), begin + place
-        while piece := file.read(min(1 << 20, left)):
-            content.update(piece)
-            left -= len(piece)
-        return content.hexdigest().encode() == end[place + len(MARKER) :]
+        digest = hashlib.sha256()
+        while piece := file.read(min(1 << 20, end - file.tell())):
+            digest.update(piece)
+    if said != _seal(path, digest.hexdigest()):
+        reason = "damaged: its bytes are not those of its seal"
+        raise InputError(f"{path}: {reason}: {REMEDY}")
+    return end
 
 
-def _is_as_described(path: Path) -> bool | None:
-    """Whether the bytes of a file are as its metadata say, which have the first of the digits.
+def content(path: Path) -> str:
+    """The text of a file before its seal, which is compared."""
+    return path.read_bytes()[: check(path)].decode()
 
-    Of metadata: whether they are those of the file beside them. None if nothing is said.
-    """
-    if path.name.endswith(_METADATA):
-        path = path.with_name(path.name.removesuffix(_METADATA))
-        if not path.exists():
-            return False
-    if not (metadata := metadata_path(path)).exists():
-        return None
-    said = reading.json_object(metadata).get(KEY)
-    return None if said is None else digest_of(path).startswith(str(said) or "-")
+
+def _seal(path: Path, digest: str) -> bytes:
+    before, after = _AROUND.get(path.suffix.lower(), ("\n", ""))
+    return f"{before}{MARKER}{digest}{after}".encode()

@@ -19,7 +19,7 @@ def add(commands: Any) -> None:
         "Check that every dataset and table of a run is whole, and compare it with a list of "
         "checksums: bit by bit if the processor, its instructions and the libraries are those of "
         "the list, otherwise within bounds (docs/workflow.md). Exit status 1 if anything is "
-        "wrong; each line of it has the command that repairs it.",
+        "wrong; each line of it says how to repair it.",
     )
     option = parser.add_argument
     option("results", type=Path, help="folder of a run, as results/smoke")

@@ -1,52 +1,54 @@
 """Results compared with a published list: bits on a like machine, bounds on another one.
 
 A list has for each dataset what it was told, and for each array a checksum, and number, mean and
-standard deviation of its values; for each table a checksum; and the verdict on each claim. Kernels
-compiled for other instructions round differently. Then paths that are too short for chaos to show
-it agree to `TOLERANCE`, and means over the points of long runs to `DEVIATIONS` standard errors.
-What a dataset was told agrees always. A difference matters if a claim gets another verdict.
+standard deviation of its values; for each table a checksum of its rows; and the verdict on each
+claim. Kernels compiled for other instructions round differently. Then paths that are too short for
+chaos to show it agree to `TOLERANCE`, and means over the points of long runs to `DEVIATIONS`
+standard errors. What a dataset was told agrees always. A difference matters if a claim gets another
+verdict.
 """
 
+import hashlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ValidationError, create_model
+from pydantic import BaseModel, ValidationError
 
 from beltrepro.base import provenance, reading, seal, store
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import files, manifest, tables
+from beltrepro.replication.plan import io
 from beltrepro.replication.plan.points import QUANTITIES
 
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
 TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
 DEVIATIONS = 6.0  # standard errors between means of long runs
 SAME, NEAR, WRONG = "the same bits", "within the bounds of another machine", "wrong"
-
-_TOLD: Any = dict.fromkeys((*files.IDENTITY, "digest"), (Any, ...))
+# What a run has besides datasets and tables; what kills left has names that begin with a dot.
+SHOWN = ("figures/[!.]*", "experiment/[!.]*", "report.html")
 
 
 class _ListedArray(BaseModel):
     checksum: str
-    values: dict
+    values: dict[str, list]
 
 
 class _ListedDataset(BaseModel):
-    told: create_model("_Told", **_TOLD)  # type: ignore[valid-type]
+    told: dict[str, str]
     duration: float
     arrays: dict[str, _ListedArray]
 
 
-class _List(BaseModel):
-    preset: str
-    run: str
-    machine: dict
+class Listed(BaseModel):
+    """A list, as JSON has it."""
+
+    machine: dict[str, str]
     datasets: dict[str, _ListedDataset]
-    tables: dict
-    verdicts: dict = {}
+    tables: dict[str, str]
+    verdicts: dict[str, str] = {}
 
 
 class Comparison(NamedTuple):
@@ -62,14 +64,13 @@ def make_list(results: Path) -> dict:
     paths = sorted((results / "datasets").glob("*.h5"))
     if not paths:
         raise InputError(f"{results}: no datasets there")
-    datasets = {path.stem: files.read_any(path) for path in paths}
+    datasets = {path.stem: store.read(path) for path in paths}
     first = next(iter(datasets.values())).attributes
-    manifest.check(results, [_below(path, results) for path in _tables(results)], first)
     return {
         **{name: first[name] for name in ("preset", "run", "code_version")},
         "machine": {name: first[name] for name in provenance.machine()},
         "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
-        "tables": {path.stem: seal.digest_of(path)[:16] for path in _tables(results)},
+        "tables": {name: _digest(path) for name, path in _tables(results).items()},
         "verdicts": _verdicts(results),
     }
 
@@ -82,50 +83,55 @@ def write_list(path: Path, results: Path) -> int:
     return len(listed["datasets"])
 
 
-def read_list(path: Path) -> dict:
+def read_list(path: Path) -> Listed:
     """Read a list."""
     if not path.exists():
         raise InputError(f"{path}: no such list; --list FILE takes another one, --write makes one")
-    listed = reading.json_object(path)
     try:
-        _List.model_validate(listed)
+        return Listed.model_validate_json(reading.text(path))
     except ValidationError as error:
         fault = error.errors()[0]
         place = ".".join(map(str, fault["loc"]))
         raise InputError(f"{path}: not a list of results ({place}: {fault['msg']})") from None
-    return listed
 
 
-def compare(results: Path, listed: dict) -> Iterator[Comparison]:
-    """Compare results with a list."""
-    run = {"preset": listed["preset"], "run": listed["run"]}
+def compare(results: Path, listed: Listed) -> Iterator[Comparison]:
+    """Compare results with a list: its datasets, tables and verdicts, and all files' seals."""
     same_machines = True
-    for name, entry in listed["datasets"].items():
+    for name, entry in listed.datasets.items():
         path = results / "datasets" / f"{name}.h5"
         try:
-            dataset = files.read(path, entry["told"])
+            dataset = store.read(path)
         except InputError as error:
             yield Comparison(name, WRONG, str(error))
             continue
-        machine = {part: dataset.attributes.get(part) for part in listed["machine"]}
-        same_machine = machine == listed["machine"]
+        same_machine = dataset.attributes.items() >= listed.machine.items()
         same_machines &= same_machine
         outcome, words = _compare_arrays(dataset, entry, same_machine)
-        if outcome == WRONG:
-            words = f"{path}: {words}; {files.repair(path, run)}"
-        yield Comparison(name, outcome, words)
-    tables = {path.stem: path for path in _tables(results)}
-    for name, checksum in listed["tables"].items():
-        if name in tables:
-            yield _compare_table(results, tables[name], checksum, run, same_machines)
+        yield Comparison(name, outcome, words and f"{path}: {words}: {seal.REMEDY}")
+    tables = _tables(results)
+    for name, digest in listed.tables.items():
+        path = tables.get(name, results / f"{name}.csv")
+        try:
+            is_same = _digest(path) == digest
+        except InputError as error:
+            yield Comparison(name, WRONG, str(error))
+            continue
+        if is_same or not same_machines:
+            yield Comparison(name, SAME if is_same else NEAR)
         else:
-            yield Comparison(name, WRONG, f"{results}: table {name} is missing")
+            yield Comparison(name, WRONG, f"{path}: differs from the list: {seal.REMEDY}")
+    for path in (path for pattern in SHOWN for path in sorted(results.glob(pattern))):
+        try:
+            seal.check(path)
+        except InputError as error:
+            yield Comparison(path.name, WRONG, str(error))
     try:
         verdicts = _verdicts(results)
     except InputError as error:
-        yield Comparison("claims", WRONG, f"{error}; {files.repair(results / 'claims.csv', run)}")
+        yield Comparison("claims", WRONG, str(error))
         return
-    for claim, verdict in listed.get("verdicts", {}).items():
+    for claim, verdict in listed.verdicts.items():
         if (here := verdicts.get(claim, "missing")) != verdict:
             words = f"claim {claim}: {here} here, {verdict} in the list; this matters"
             yield Comparison(claim, WRONG, words)
@@ -144,25 +150,10 @@ def conclusion(comparisons: list[Comparison]) -> str:
     return "equal: every bit of the list"
 
 
-def _compare_table(
-    results: Path, path: Path, listed: str, run: dict, same_machine: bool
-) -> Comparison:
-    try:
-        manifest.check(results, [_below(path, results)], run)
-    except InputError as error:
-        return Comparison(path.stem, WRONG, str(error))
-    if seal.digest_of(path)[:16] == listed:
-        return Comparison(path.stem, SAME)
-    if not same_machine:
-        return Comparison(path.stem, NEAR)
-    words = f"{path}: differs from the list; {files.repair(path, run)}"
-    return Comparison(path.stem, WRONG, words)
-
-
 def _described(dataset: store.Dataset) -> dict:
     about = dataset.attributes
     return {
-        "told": {name: about[name] for name in (*files.IDENTITY, "digest")},
+        "told": {name: about[name] for name in io.IDENTITY},
         "duration": about["duration"],
         "arrays": {
             name: {"checksum": store.checksum(array), "values": _summaries(array)}
@@ -171,21 +162,25 @@ def _described(dataset: store.Dataset) -> dict:
     }
 
 
-def _compare_arrays(dataset: store.Dataset, entry: dict, same_machine: bool) -> tuple[str, str]:
+def _compare_arrays(
+    dataset: store.Dataset, entry: _ListedDataset, same_machine: bool
+) -> tuple[str, str]:
     """Outcome for a dataset, and what is not as the list says."""
-    if set(dataset.arrays) != set(entry["arrays"]):
+    if not dataset.attributes.items() >= entry.told.items():
+        return WRONG, "holds another dataset, or one of other settings"
+    if set(dataset.arrays) != set(entry.arrays):
         return WRONG, "has other arrays than the list"
     outcome, faults = SAME, []
     n_points = len(dataset.arrays["n_blocks"])
     for name, array in dataset.arrays.items():
-        listed = entry["arrays"][name]
-        if store.checksum(array) == listed["checksum"]:
+        listed = entry.arrays[name]
+        if store.checksum(array) == listed.checksum:
             continue
         outcome = NEAR
         if same_machine or name in QUANTITIES:
             faults.append(f"{name} has other bits")
         elif any(
-            _apart(summary, listed["values"].get(part), entry["duration"], n_points)
+            _apart(summary, listed.values.get(part), entry.duration, n_points)
             for part, summary in _summaries(array).items()
         ):
             faults.append(f"{name} is beyond the bounds")
@@ -220,19 +215,19 @@ def _summary(values: np.ndarray) -> list[Any]:
 def _verdicts(results: Path) -> dict[str, str]:
     """Both verdicts by claim, as "yes and no"; none where claims were not measured."""
     path = results / "claims.csv"
-    if not path.exists():
-        return {}
+    rows = io.read_as_text(path) if path.exists() else []
     try:
-        rows = tables.read_as_text(path)
-        verdicts = rows["replicated"] + " and " + rows["robust"]
-        return dict(zip(rows["id"], verdicts, strict=True))
+        return {row["id"]: f"{row['replicated']} and {row['robust']}" for row in rows}
     except KeyError as error:
         raise InputError(f"{path}: not a table of claims: it lacks {error}") from None
 
 
-def _below(path: Path, results: Path) -> str:
-    return path.relative_to(results).as_posix()
+def _tables(results: Path) -> dict[str, Path]:
+    paths = sorted([*results.glob("*.csv"), *(results / "tables").glob("*.csv")])
+    return {path.stem: path for path in paths}
 
 
-def _tables(results: Path) -> list[Path]:
-    return sorted([*results.glob("*.csv"), *(results / "tables").glob("*.csv")])
+def _digest(path: Path) -> str:
+    """Text that differs for tables of other rows: what made them is not compared."""
+    seal.check(path)
+    return hashlib.sha256(io.rows(path).encode()).hexdigest()[:16]

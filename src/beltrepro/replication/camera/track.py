@@ -12,6 +12,7 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -53,9 +54,12 @@ class Track:
     zero: tuple[float, float] = (math.nan, math.nan)  # pixel of x = 0: column, as given, and row
     angle: float = math.nan  # by which the belt is turned in the picture, degrees, clockwise
 
-    def save(self, path: str | Path) -> None:
-        """Write the track as CSV: a line of settings, which begins with #, and two columns."""
-        settings = {
+    def save(self, path: str | Path, **about: Any) -> None:
+        """Write the track as CSV: a line that begins with #, and two columns.
+
+        about : what this line says besides the settings.
+        """
+        settings = about | {
             "lost_s": self.lost_s.tolist(),
             "metres_per_pixel": self.metres_per_pixel,
             "zero": self.zero,
@@ -74,10 +78,10 @@ class Track:
         except ValueError as reason:
             raise InputError(f"{path}: {reason}") from None
         try:
-            settings = json.loads(text.partition("\n")[0].removeprefix("#"))
-            settings["lost_s"] = np.array(settings["lost_s"], dtype=float).reshape(-1, 2)
-            settings["zero"] = tuple(settings["zero"])
-            return cls(time_s, x_m, **settings)
+            said = json.loads(text.partition("\n")[0].removeprefix("#"))
+            lost_s = np.array(said["lost_s"], dtype=float).reshape(-1, 2)
+            scale, zero, angle = said["metres_per_pixel"], tuple(said["zero"]), said["angle"]
+            return cls(time_s, x_m, lost_s, scale, zero, angle)
         except (KeyError, TypeError, ValueError):  # of another program
             return cls(time_s, x_m, np.empty((0, 2)))
 

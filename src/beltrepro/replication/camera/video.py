@@ -71,7 +71,7 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     breaks off ends there. A frame that is no later than the one before is left out.
     """
     path = checks.path("video", path)
-    reading.check(path)
+    reading.opened(path).close()  # one line for what is no file
     first, last, to_grey = None, -math.inf, VideoReformatter()
     with suppress(av.FFmpegError), av.open(str(path)) as container:
         for frame in container.decode(video=0) if container.streams.video else ():

@@ -63,37 +63,36 @@ def line_style(index) -> dict:
 
 
 @styled
-def save(figure, png, pdf, source="", lineage=None) -> None:
-    """Write the figure as PNG and PDF, with `source` and `lineage` from `plan.inputs`."""
+def save(figure, png, pdf, sources) -> None:
+    """Write the figure as PNG and PDF, with the datasets behind it, see `plan.io.load`."""
     # Once, so that both files have the same layout.
     figure.get_layout_engine().execute(figure)
     figure.set_layout_engine("none")
-    write(figure, png, Path(png).stem, source, lineage)
-    write(figure, pdf, Path(png).stem, source, lineage)
+    write(figure, png, Path(png).stem, sources)
+    write(figure, pdf, Path(png).stem, sources)
 
 
 @styled
-def write(figure, path, title, source="", lineage=None) -> None:
-    """Write a figure as PNG, PDF or SVG, by the ending, with its title, source and origin.
+def write(figure, path, title, sources=None) -> None:
+    """Write a figure as PNG, PDF or SVG, by the ending, with its title and origin.
 
-    The origin is JSON: code, libraries and processor that drew it, and what made its data.
+    The origin is JSON: code, libraries and processor that drew it, and the datasets behind it.
     """
     kind = Path(path).suffix.lower()[1:]
     version = provenance.code_version()
     # Libraries that draw, and the processor: its rounding can move a pixel.
     libraries = provenance.library_versions() | {"matplotlib": matplotlib.__version__}
     drawn = {"code_version": version, "library_versions": libraries}
-    drawn |= {"processor": provenance.processor(), "lineage": lineage or {}}
+    drawn |= {"processor": provenance.processor(), "sources": sources or {}}
     made_by, words = f"beltrepro {version}", json.dumps(drawn)
     about = {
-        "png": {"Source": source, "Author": made_by, "Description": words},
-        "pdf": {"Subject": source, "Author": made_by, "Keywords": words, "CreationDate": None},
-        "svg": {"Source": source, "Creator": made_by, "Description": words, "Date": None},
+        "png": {"Author": made_by, "Description": words},
+        "pdf": {"Author": made_by, "Keywords": words, "CreationDate": None},
+        "svg": {"Creator": made_by, "Description": words, "Date": None},
     }
     # `figure.savefig` draws all twice, the first time for the layout.
     canvas, dpi = _CANVASES[kind](figure), figure.dpi
     with replacing(path) as unfinished:
         getattr(canvas, f"print_{kind}")(unfinished, metadata={"Title": title} | about[kind])
-        if kind != "svg":  # nothing may follow the end of XML
-            seal.put(unfinished)
+        seal.put(unfinished)
     figure.set_dpi(dpi)  # that of a PDF is 72

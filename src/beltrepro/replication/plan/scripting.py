@@ -1,4 +1,4 @@
-"""What every script of the workflow shares: its log, its errors in one line, its list of files."""
+"""What every script of the workflow shares: its log, its errors in one line."""
 
 import logging
 import signal
@@ -10,13 +10,13 @@ from typing import Any
 
 from beltrepro.base import progress
 from beltrepro.base.errors import InputError, ModelStateError
-from beltrepro.replication.plan import lock, manifest
+from beltrepro.replication.plan import lock
 
 logger = logging.getLogger("beltrepro")
 
 
 def run(main: Callable[[Any], None], snakemake: Any) -> None:
-    """Run one job: call `main(snakemake)` with logging to the rule's log, and list its files.
+    """Run one job: call `main(snakemake)` with logging to the rule's log.
 
     An error is one line on stderr, and its first line in the log has " ERROR "; unless a user can
     act on it, a traceback follows there.
@@ -38,7 +38,6 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     logging.captureWarnings(True)
     try:
         main(snakemake)
-        manifest.add(Path(*log.parts[:2]), map(Path, snakemake.output))
     except (InputError, ModelStateError) as error:
         logger.error("%s", error)
         sys.exit(f"error in rule {snakemake.rule}: {error}")
@@ -47,11 +46,3 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
         logger.error("%s\n%s", reason, traceback.format_exc())
         sys.exit(f"error in rule {snakemake.rule}: {reason} (traceback in {log})")
     logger.info("done")
-
-
-def use_threads(threads: int) -> None:
-    """Limit Numba to the threads of the job: by itself it takes all cores."""
-    import numba  # costs a second that jobs without simulation need not pay
-
-    available = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
-    numba.set_num_threads(min(threads, available))

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from beltrepro.replication.plan import dependencies, files, registry
+from beltrepro.replication.plan import dependencies, registry
 from beltrepro.replication.plan.filming import FILM, TRACK
 from beltrepro.replication.plan.plan import make_plan
 
@@ -15,8 +15,8 @@ class Workflow:
     """The files of a run and the jobs that make them, as Snakemake's rules have them.
 
     Paths begin with "<results>", which stands for the folder of the run. What takes `wildcards` is
-    called by Snakemake. What files must say of themselves is known by the name of what they hold:
-    that of a dataset or table is its own; a film F and its track are "F_film" and "F_track".
+    called by Snakemake. The name of a dataset or table is its own; a film F and its track are
+    "F_film" and "F_track".
     """
 
     def __init__(self, config: dict, top: Path = Path()) -> None:
@@ -28,7 +28,6 @@ class Workflow:
         }
         self.judged = [*self.plan.datasets, *(f"{name}{TRACK}" for name in self.plan.films)]
         self._top = top
-        self._known: dict[str, dict] = {}
         registry.check_names(self.plan.datasets)
         inputs = [*self.plan.datasets, *self.filmed, *self.tables]
         for entries in (self.tables, self.figures):
@@ -82,9 +81,7 @@ class Workflow:
         """What the target `all` makes: all that is compared and published."""
         tables = [self.file_of(name) for name in (*self.filmed, *self.tables)]
         tables += [f"<results>/{name}.csv" for name in ("claims", "estimates")]
-        described = [f"{path}-metadata.json" for path in tables]
-        pictures = self.drawn("png", "pdf")
-        return [*self.datasets(), *pictures, *tables, *described, "<results>/report.html"]
+        return [*self.datasets(), *self.drawn("png", "pdf"), *tables, "<results>/report.html"]
 
     def compared(self) -> list[str]:
         """Tables of claims of other runs: those here, or published in docs/results."""
@@ -110,58 +107,6 @@ class Workflow:
         if hasattr(wildcards, "figure"):
             return self.figures[wildcards.figure].uses
         return self.table(wildcards).uses
-
-    # --- what files must say of themselves ---
-
-    def expected(self, *names: str) -> dict[str, dict]:
-        """What the files of these must say, by name."""
-        return {name: self._expected(name) for name in names}
-
-    def made_from(self, *names: str) -> dict:
-        """What a table, figure or list of claims must say that is made from these."""
-        return self._of(self.expected(*names))
-
-    def expected_batches(self, wildcards: Any) -> list[dict]:
-        """Of the batches that are joined."""
-        name = wildcards.dataset
-        batches = self.plan.datasets[name].batches
-        return [files.expected(self.plan.batch_spec(name, batch)) for batch in batches]
-
-    def expected_of_sources(self, wildcards: Any) -> dict[str, dict]:
-        """Of what a table or film is made from."""
-        return self.expected(*self._sources(wildcards))
-
-    def expected_of_figure(self, wildcards: Any) -> dict:
-        """Of what a figure is drawn from."""
-        return self.made_from(*self._sources(wildcards))
-
-    def expected_of_report(self) -> dict[str, dict]:
-        """By name of the input of the report, and of the figure or dataset in it."""
-        judged = self.made_from(*self.judged)
-        return {
-            "datasets": self.expected(*self.plan.datasets),
-            **{name: {name: judged} for name in ("claims", "estimates")},
-            "figures": {
-                name: self.made_from(*figure.uses) for name, figure in self.figures.items()
-            },
-            **{name: {name: identity} for name, identity in self.expected(*self.tables).items()},
-        }
-
-    def _expected(self, name: str) -> dict:
-        if name not in self._known:
-            self._known[name] = self._made(name)
-        return self._known[name]
-
-    def _made(self, name: str) -> dict:
-        if name in self.plan.datasets:
-            return files.expected(self.plan.dataset_spec(name))
-        if name in self.filmed:
-            film = self.filmed[name]
-            return self._of(self.expected(film.dataset) | {f"{film.name}{FILM}": film.spec()})
-        return self.made_from(*self.tables[name].uses)
-
-    def _of(self, sources: dict) -> dict:
-        return {"preset": self.plan.preset, "run": self.plan.run, "sources": sources}
 
     # --- the code behind a job ---
 

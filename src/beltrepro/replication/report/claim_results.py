@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import manifest, tables
+from beltrepro.replication.plan import io
 from beltrepro.replication.verdicts import criteria
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, QUESTIONS, YES
 from beltrepro.replication.verdicts.ledger import FINDINGS, KINDS, Claim, load_ledger
@@ -138,15 +138,14 @@ def count(results: Results) -> Counts:
 
 
 def read(folder: Path) -> Results:
-    """The claims of a run by id, in the order of the ledger; both tables as the run wrote them."""
-    manifest.check(folder, TABLES)
+    """The claims of a run by id, in the order of the ledger."""
     return read_tables(*(folder / name for name in TABLES))
 
 
 def read_tables(claims_csv: Path, estimates_csv: Path) -> Results:
     """`read` from two files."""
     ledger = load_ledger()
-    claims, numbers = _read_csv(claims_csv), _numbers(estimates_csv)
+    claims, numbers = io.read_as_text(claims_csv), _numbers(estimates_csv)
     results: Results = {}
     for row in claims:
         if row["id"] not in ledger:
@@ -171,8 +170,7 @@ def compared(results: Results, tables: Iterable[Path]) -> list[OtherRun]:
     """Other runs, by their tables of claims; those of earlier versions are left out."""
     runs = []
     for path in tables:
-        manifest.check(path.parent, [path.name])
-        if (rows := _read_csv(path)) and is_current(rows[0]):
+        if (rows := io.read_as_text(path)) and is_current(rows[0]):
             verdicts = {question: _same(results, rows, question) for question in QUESTIONS}
             runs.append(OtherRun(path.parent.name, verdicts))
     return runs
@@ -190,11 +188,6 @@ def _same(results: Results, rows: list[dict[str, str]], question: str) -> dict[s
     return verdicts
 
 
-def _read_csv(path: Path) -> list[dict[str, str]]:
-    """Rows of a table, all of it text."""
-    return tables.read_as_text(path).to_dict("records")
-
-
 def _answer(row: dict[str, str], question: str, rows: list[tuple[str, Number]]) -> Answer:
     texts = [row[f"{question}{end}"] for end in criteria.ANSWER]
     reading = row[f"{question}_reading"]
@@ -209,7 +202,7 @@ def _answer(row: dict[str, str], question: str, rows: list[tuple[str, Number]]) 
 def _numbers(path: Path) -> dict[str, list[tuple[str, Number]]]:
     """Readings and numbers by claim; one that both questions judge otherwise is there twice."""
     numbers: dict[str, list[tuple[str, Number]]] = {}
-    for row in _read_csv(path):
+    for row in io.read_as_text(path):
         if "reading" not in row:
             raise InputError(f"{path}: made by an earlier version, with one verdict a claim")
         value, low, high, *allowed = (

@@ -4,9 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import pandas as pd
-
-from beltrepro.replication.plan import registry
+from beltrepro.replication.plan import io, registry
 from beltrepro.replication.report import conduct, judged, live_chain
 from beltrepro.replication.report.material import Material
 from beltrepro.replication.studies.chaos import measure as chaos
@@ -38,7 +36,7 @@ def _study(template, title, describe, tables, pictures=()) -> PageSection:
     """A study in its own words, from its tables, with its pictures."""
 
     def gather(material: Material) -> dict[str, Any]:
-        read = {name: pd.read_csv(material.file(name)) for name in tables}
+        read = {name: io.read_table(material.file(name)) for name in tables}
         shown = [picture for picture in material.pictures if picture["name"] in pictures]
         return describe(read, material.settings) | {"figures": shown}
 

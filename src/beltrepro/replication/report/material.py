@@ -3,14 +3,15 @@
 import base64
 import functools
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from beltrepro.base import store
 from beltrepro.base.store import Dataset
-from beltrepro.replication.plan import files, registry
+from beltrepro.replication.plan import registry
 from beltrepro.replication.report.claim_results import OtherRun, Results, compared, read_tables
 from beltrepro.replication.report.trust import length
 from beltrepro.replication.verdicts.ledger import read_yaml
@@ -24,7 +25,6 @@ class Material:
     settings: dict
     files: dict[str, list[Path]]
     benchmarks: Path = Path("none")
-    expected: Mapping[str, dict] = field(default_factory=dict)  # of datasets, for `files.read`
 
     def has(self, names: Iterable[str]) -> bool:
         """Whether there is at least one file of each name, or a dataset of that name."""
@@ -52,11 +52,7 @@ class Material:
     @functools.cached_property
     def datasets(self) -> list[dict]:
         """What was simulated: one dict of plain values per dataset."""
-        described = []
-        for path in self.files.get("datasets", []):
-            asked = self.expected.get(path.stem)
-            described.append(_describe(files.read(path, asked) if asked else files.read_any(path)))
-        return described
+        return [_describe(store.read(path)) for path in self.files.get("datasets", [])]
 
     @functools.cached_property
     def images(self) -> dict[str, Path]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.replication.report.contents import MOTION, SECTIONS, SUMMARY, PageSection
 from beltrepro.replication.report.material import Material
@@ -26,6 +27,7 @@ def render(output: Path, material: Material) -> None:
     html = template.render(about, style="".join(map(_style, STYLES)))
     with replacing(output) as unfinished:
         unfinished.write_text(html, encoding="utf-8")
+        seal.put(unfinished)
 
 
 def part(section: PageSection, material: Material) -> str:

@@ -5,12 +5,11 @@ tables.
 """
 
 import base64
-import io
-import json
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 
 import yaml
@@ -19,7 +18,7 @@ from PIL import Image
 from beltrepro.base import seal
 from beltrepro.base.atomic import UNFINISHED, replacing
 from beltrepro.base.errors import InputError
-from beltrepro.replication.plan import manifest
+from beltrepro.replication.plan import io
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.report import article, findings
@@ -37,7 +36,7 @@ BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results
 
 
 def publish(results: Path, place: Path = PLACE) -> Path:
-    """Copy what a finished run shows, with a list of checksums.
+    """Copy what a finished run shows, once each file agrees with its seal.
 
     The report is one file that holds its pictures, with a palette of colours where that makes them
     smaller. The article is about the run `paper` and set here; that run is refused where a sentence
@@ -62,7 +61,6 @@ def publish(results: Path, place: Path = PLACE) -> Path:
             raise InputError(
                 f"{results}: {size(folder) / 1e6:.1f} MB, at most {LIMIT / 1e6:.0f} are published"
             )
-        _list(folder)
         if target.exists():
             shutil.rmtree(target)
         folder.rename(target)
@@ -90,7 +88,7 @@ def block(place: Path = PLACE) -> str:
 
 def size(folder: Path) -> int:
     """Bytes of all files below a folder."""
-    return sum(path.stat().st_size for path in _files(folder))
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
 def _block(folder: Path) -> Iterator[str]:
@@ -135,51 +133,45 @@ def _wanted(results: Path) -> list[Path]:
             f"`snakemake --cores 2 --config preset={results.name}` makes it"
         )
     paths = [*(results / name for name in FILES), *figures]
-    wanted = [path.relative_to(results) for path in paths]
-    manifest.check(results, [path.as_posix() for path in wanted])
-    return wanted
+    for path in paths:
+        seal.check(path)
+    return [path.relative_to(results) for path in paths]
 
 
 def _set_article(results: Path, output: Path) -> None:
     """Of a run of this clone, with the authors that CITATION.cff names."""
-    about = json.loads((results / "claims.csv-metadata.json").read_text(encoding="utf-8"))
     settings = make_plan(load_config(_CONFIG) | {"preset": results.name}).settings()
     citation = yaml.safe_load(_CITATION.read_text(encoding="utf-8"))
     claims = read(results)
     article.write(
         output,
         claims,
-        article.facts(claims, settings, about["beltrepro:origin"]),
+        article.facts(claims, settings, io.said(results / "claims.csv")),
         {path.stem: path for path in (results / "figures").glob("*.png")},
         [article.name_of(author) for author in citation["authors"]],
     )
+    seal.put(output)
 
 
 def _take_colours(folder: Path) -> None:
     """Give each picture a palette, where that makes it smaller, in its file and in the report."""
     page = folder / FILES[0]
-    text = page.read_text(encoding="utf-8")
+    text = seal.content(page)
     for path in (folder / "figures").glob("*.png"):
-        smaller, before = io.BytesIO(), path.read_bytes()
+        smaller, before = BytesIO(), path.read_bytes()
         with Image.open(path) as image:
             palette = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
             palette.save(smaller, format="PNG", optimize=True)
-        path.write_bytes(min(before, smaller.getvalue(), key=len))
+        if len(smaller.getvalue()) < len(before):
+            path.write_bytes(smaller.getvalue())
+            seal.put(path)
         text = text.replace(_embedded(before), _embedded(path.read_bytes()))
     page.write_text(text, encoding="utf-8")
+    seal.put(page)
 
 
 def _embedded(picture: bytes) -> str:
     return f"data:image/png;base64,{base64.b64encode(picture).decode()}"
-
-
-def _list(folder: Path) -> None:
-    listed = {path.relative_to(folder).as_posix(): seal.digest_of(path) for path in _files(folder)}
-    manifest.write(folder, listed)
-
-
-def _files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
 def main(results: str) -> None:

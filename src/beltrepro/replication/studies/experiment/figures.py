@@ -45,7 +45,7 @@ HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 def save(recording, path):
     """Draw a recording into a file."""
-    style.write(draw_recording(recording), path, Path(path).stem, "recording")
+    style.write(draw_recording(recording), path, Path(path).stem)
 
 
 @style.styled

@@ -8,7 +8,7 @@ from matplotlib.patches import FancyArrowPatch
 from beltrepro.model.parameters import ChainParameters
 from beltrepro.model.spring import external_force, spring_force
 from beltrepro.replication.drawing import panels, style
-from beltrepro.replication.plan import files
+from beltrepro.replication.plan import io
 from beltrepro.replication.plan.registry import Figure
 
 FIGURES = {
@@ -73,7 +73,7 @@ def fig07(data):
         panels.note(axes, "no complete stick-slip event in this series")
         panels.note(enlarged, "no complete slip")
         return figure
-    _draw_event(axes, enlarged, series, files.chain(series), event)
+    _draw_event(axes, enlarged, series, io.chain(series), event)
     axes.legend(loc="lower left")
     return figure
 

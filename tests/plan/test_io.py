@@ -1,0 +1,175 @@
+"""Files of results: what they say of themselves, batches that are joined, inputs of jobs."""
+
+import json
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+
+import small_plans
+from beltrepro.base import provenance, seal, store
+from beltrepro.base.errors import InputError
+from beltrepro.replication.drawing import style
+from beltrepro.replication.plan import io, kinds
+from beltrepro.replication.plan.points import columns, points_of
+
+ABOUT = {"title": "A table.", "columns": {"runs": "number of them"}}
+
+
+def plan(**changes):
+    """Eight points, in batches of three, three and two."""
+    points = {"n_blocks": [2, 5, 7, 9], "belt_velocity": [10, 20], "points_per_job": 3}
+    return small_plans.planned(name="rows", **points | changes)
+
+
+def write(path, spec):
+    points = points_of(spec["points"])
+    io.write(path, spec, columns(points) | {"disorder_parameter": np.arange(len(points)) / 7})
+    return store.read(path)
+
+
+# --- datasets ---
+
+
+def test_a_file_says_what_it_holds_and_what_made_it(tmp_path):
+    path, spec = tmp_path / "0000.h5", plan().batch_spec("rows", "0000")
+    said = write(path, spec).attributes
+    words = {"dataset": "rows", "kind": "scan", "preset": "own", "run": "own", "method": "event"}
+    assert said.items() >= (words | {"duration": 100.0, "seed": 3}).items()
+    assert "n_blocks" not in said and "section_position" not in said
+    assert json.loads(said["config"]) == spec
+    assert said["units"] == "model units" and "numpy" in json.loads(said["library_versions"])
+    with h5py.File(path) as file:
+        for array in file.values():
+            assert array.attrs["unit"] and array.attrs["dimensions"] and array.attrs["description"]
+        assert file["belt_velocity"].attrs["symbol"] == "u"
+        assert file["belt_velocity"].attrs["unit"] == "model velocity (0.0183 m/s)"
+    for place in (provenance.ROOT.parents[1], tmp_path):
+        assert str(place).encode() not in path.read_bytes()
+    spec["settings"]["duration"] = 101.0
+    assert write(path, spec).attributes["digest"] != said["digest"]
+
+
+@pytest.mark.parametrize(
+    ("noise", "method", "words"),
+    [
+        (0, "event", "event"),
+        (0, ["event", "verlet"], "event, verlet"),
+        ([0, 1], ["event", "verlet"], "event, verlet"),
+        (
+            [0, 1],
+            {"without_noise": "verlet", "with_noise": "event"},
+            "verlet (sigma = 0), event (sigma > 0)",
+        ),
+    ],
+)
+def test_a_file_says_by_which_methods_its_points_are_computed(tmp_path, noise, method, words):
+    made = plan(noise=noise, method=method)
+    io.write(tmp_path / "rows.h5", made.dataset_spec("rows"), columns(made.datasets["rows"].points))
+    assert store.read(tmp_path / "rows.h5").attributes["method"] == words
+
+
+def test_batches_are_joined_in_their_order(tmp_path):
+    names = plan().datasets["rows"].batches
+    parts = [write(tmp_path / f"{name}.h5", plan().batch_spec("rows", name)) for name in names]
+    whole = io.join(parts, "scan")
+    assert whole["n_blocks"].tolist() == [2, 2, 5, 5, 7, 7, 9, 9]
+    assert whole["belt_velocity"].tolist() == [10, 20] * 4
+    np.testing.assert_array_equal(7 * whole["disorder_parameter"], [0, 1, 2, 0, 1, 2, 0, 1])
+
+
+def test_joining_counts_points_on_and_fills_up_smaller_chains():
+    def part(n_blocks, n_points, n_events):
+        events = np.zeros(n_events, [("point", "i4"), ("time", "f8"), ("at", "f8", (n_blocks,))])
+        events["point"], events["at"] = np.arange(n_events) % n_points, 1.0
+        arrays = {"n_blocks": np.full(n_points, n_blocks), "time": np.arange(3.0), "events": events}
+        return store.Dataset(arrays | {"positions": np.ones((n_points, 3, n_blocks))}, {})
+
+    whole = io.join([part(2, 2, 3), part(5, 1, 2)], "series")
+    assert whole["time"].tolist() == [0, 1, 2]
+    assert whole["positions"].shape == (3, 3, 5)
+    assert np.isnan(whole["positions"][:2, :, 2:]).all() and (whole["positions"][2] == 1).all()
+    assert whole["events"]["point"].tolist() == [0, 1, 0, 2, 2]
+    assert whole["events"].dtype["point"] == "i4"
+    assert whole["events"]["at"].shape == (5, 5) and np.isnan(whole["events"]["at"][0, 2:]).all()
+    late = part(2, 1, 0)
+    late.arrays["time"] += 1
+    with pytest.raises(InputError, match="differ in time"):
+        io.join([part(2, 1, 0), late], "series")
+
+
+@pytest.mark.filterwarnings("ignore:loading is measured")
+def test_chains_of_more_blocks_than_the_papers_are_joined_with_shorter_ones():
+    made = plan(n_blocks=[3, 13], belt_velocity=6, points_per_job=1, duration=900, transient=340)
+    parts = []
+    for name in made.datasets["rows"].batches:
+        spec = made.batch_spec("rows", name)
+        arrays = kinds.record("scan", points_of(spec["points"]), spec["settings"])
+        parts.append(store.Dataset(arrays, {}))
+    slips = io.join(parts, "scan")["slip_count"]
+    assert slips.shape == (2, 13) and slips.dtype == parts[0].arrays["slip_count"].dtype
+    assert slips[0, :3].all() and not slips[0, 3:].any() and slips[1].all()
+
+
+# --- tables, and what jobs read ---
+
+
+def test_a_table_says_in_its_first_line_what_it_is(tmp_path):
+    table = pd.DataFrame({"belt_velocity": [1.5], "runs": [3], "test": ["# t"], "r": [1 / 3]})
+    path, sources = tmp_path / "deep" / "some.csv", {"rows": {"digest": "a"}}
+    io.write_table(path, table, sources=sources, **ABOUT)
+    assert io.rows(path) == "belt_velocity,runs,test,r\n1.5,3,# t,0.333333\n"
+    said = io.said(path)
+    assert said["title"] == "A table." and said["sources"] == sources
+    assert said.items() >= provenance.origin().items()
+    assert "0.0183 m/s" in said["columns"].pop("belt_velocity")
+    assert said["columns"] == {"runs": "number of them"}
+    assert io.read_table(path).to_dict("list") == {
+        "belt_velocity": [1.5], "runs": [3], "test": ["# t"], "r": [0.333333]
+    }  # fmt: skip
+    plain = pd.read_csv(path, comment="#")
+    assert list(plain) == list(table) and len(plain) == 1
+
+
+def test_a_damaged_table_is_refused_and_one_of_version_1_0_is_read(tmp_path):
+    path = tmp_path / "t.csv"
+    io.write_table(path, pd.DataFrame({"a": [1, 2]}), sources={}, **ABOUT)
+    whole = path.read_bytes()
+    flipped = [whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :] for at in range(len(whole))]
+    for damaged in (*flipped, whole[: seal.check(path)], whole[:-30], b"", b"\xff\xfe"):
+        path.write_bytes(damaged)
+        with pytest.raises(InputError, match=r"t\.csv: ") as caught:
+            io.read_table(path)
+        assert "\n" not in str(caught.value)
+    path.write_text("a\n1\n")
+    assert io.read_as_text(path) == [{"a": "1"}] and io.said(path) == {}
+
+
+def test_jobs_read_datasets_and_tables_and_what_is_behind_them(tmp_path):
+    written = write(tmp_path / "rows.h5", plan(points_per_job=99).batch_spec("rows", "0000"))
+    for name, sources in (("first", {"u1": {}, "u2": {}}), ("last", {"u3": {}})):
+        io.write_table(tmp_path / f"{name}.csv", pd.DataFrame({"a": [1]}), sources=sources, **ABOUT)
+    paths = {name: str(tmp_path / name) for name in ("first.csv", "rows.h5", "last.csv")}
+    data, sources = io.load(paths)
+    assert data["rows.h5"].attributes == written.attributes
+    assert data["last.csv"]["a"].tolist() == [1]
+    assert list(sources) == ["rows.h5", "u1", "u2", "u3"]
+    assert sources["rows.h5"] == {
+        name: written.attributes[name] for name in ("preset", "run", "digest", "code_version")
+    }
+
+
+def test_figures_say_what_they_are_drawn_from_and_have_their_seals(tmp_path):
+    figure = style.page(3)
+    figure.add_subplot().plot([0, 1])
+    paths = tmp_path / "fig12.png", tmp_path / "fig12.pdf"
+    style.save(figure, *paths, {"rows": {"digest": "a"}})
+    for path in paths:
+        seal.check(path)
+    with Image.open(paths[0]) as image:
+        drawn = json.loads(image.info["Description"])
+        assert image.info["Title"] == "fig12"
+    assert drawn["sources"] == {"rows": {"digest": "a"}}
+    assert drawn["code_version"] == provenance.code_version() and drawn["processor"]
