@@ -169,6 +169,8 @@ def coloured(random, exponent, seconds):
         (np.arange(40.0), np.ones(39), "as many instants"),
         (np.arange(40.0), np.full(40, np.nan), "finite"),
         (np.zeros(40), np.ones(40), "rise"),
+        (np.arange(40.0), np.zeros(40), "the mean of x_N is 0 m"),
+        (np.arange(40.0), np.full(40, 90.0), "centimetres"),
         (np.arange(40.0), -np.ones(40), "measured from the support"),
     ],
 )

@@ -121,12 +121,12 @@ def analyse(
         f"x_N reaches {lowest + blocks_m:.3g} m: it must be measured from the support, and hold "
         f"the {blocks_m:.3g} m of blocks",
     )
-    parts = regimes(time, position, window_s=window_s, quiet=quiet)
+    mean = position.mean() if position.size else 1.0  # `regimes` says that there are no samples
     require(
-        0 < parts.mean_length < _LONGEST_M,
-        f"the mean of x_N is {parts.mean_length:.3g} m: centimetres and millimetres must become "
-        "metres",
+        0 < mean < _LONGEST_M,
+        f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
     )
+    parts = regimes(time, position, window_s=window_s, quiet=quiet)
     moments = estimates.sums_in_stretches(position, parts.weight_s)
     disorder, length = (
         exponential(estimates.from_stretches(log, moments)) for log in (_log_disorder, _log_mean)
