@@ -21,7 +21,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.noise import stream_states
 from beltrepro.engine.state import ChainState, states_at_rest
-from beltrepro.engine.verlet_integrators import verlet_integrator
+from beltrepro.engine.verlet_integrator import VerletIntegrator
 from beltrepro.model import ChainParameters, section_position
 from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LIMITS
@@ -32,7 +32,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 PerChain: TypeAlias = T | Sequence[T]
 """One value for all chains, or one for each."""
 
-METHODS = {"verlet": verlet_integrator, "event": EventIntegrator}
+METHODS = {"verlet": VerletIntegrator, "event": EventIntegrator}
 # Tolerance of a step that a method takes unless told otherwise, for those that have one.
 TOLERANCES: dict[str, float] = {
     name: signature(integrator).parameters["tolerance"].default
