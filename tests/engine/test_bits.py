@@ -1,5 +1,7 @@
 """What a chain does depends on nothing but itself: not on its company, buffers or samples."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -7,18 +9,19 @@ from advancing import assert_equal_bits, at_rest, integrator, recorded, small_bu
 from beltrepro import ChainParameters
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet
+from beltrepro.engine.verlet_integrator import VerletIntegrator
 
 DISORDER = {"mass": (1.0, 2.0, 0.5), "friction_ratio": (0.3, 0.45, 0.4), "viscosity": 0.01}
 MIXED = (0.0, 1.0, 0.3)
+LITERAL = partial(VerletIntegrator, literal=True)
 KINDS = {
     "event": (EventIntegrator, MIXED, {}),
     "event, other law": (EventIntegrator, MIXED, DISORDER),
     "tangent": (TangentIntegrator, MIXED, {}),
-    "leaping": (LeapingVerlet, (0.0,), {}),
-    "literal": (LiteralVerlet, (0.0,), {}),
-    "literal, noise": (LiteralVerlet, (3.0, 0.0, 1.0), {}),
-    "literal, other law": (LiteralVerlet, MIXED, DISORDER),
+    "leaping": (partial(VerletIntegrator, literal=False), (0.0,), {}),
+    "literal": (LITERAL, (0.0,), {}),
+    "literal, noise": (LITERAL, (3.0, 0.0, 1.0), {}),
+    "literal, other law": (LITERAL, MIXED, DISORDER),
 }
 
 
@@ -64,7 +67,7 @@ def test_the_stride_of_the_samples_changes_no_bit_of_the_scheme():
     def sampled(stride):
         states = at_rest(chains, starts, range(7))
         settings = {"time_step": 0.004, "stride": stride, "section": (2, 190.0)}
-        records = recorded(integrator(LiteralVerlet, states, **settings), 56.0)
+        records = recorded(integrator(LITERAL, states, **settings), 56.0)
         # of the samples those at multiples of 700 steps
         every = slice(700 // stride - 1, None, 700 // stride)
         return [one._replace(samples=one.samples[every]) for one in records]

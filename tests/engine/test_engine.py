@@ -1,6 +1,7 @@
 """Both integrators against closed forms and the naive loop: order, energy, turns, branches."""
 
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from beltrepro.engine.law import (
     spring_energy as kernel_energy,
 )
 from beltrepro.engine.vector import kernel
-from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet
+from beltrepro.engine.verlet_integrator import VerletIntegrator
 from beltrepro.model.spring import (
     chain_deformations,
     spring_energy,
@@ -207,7 +208,7 @@ def test_reversals_and_ends_of_the_branches_follow_the_naive_loop(time_step):
 
 # --- states that go on ---
 
-KINDS = (EventIntegrator, LeapingVerlet, LiteralVerlet)
+KINDS = (EventIntegrator, VerletIntegrator, partial(VerletIntegrator, literal=True))
 
 
 @pytest.mark.parametrize("maker", KINDS)

@@ -5,23 +5,24 @@ import pytest
 
 from advancing import at_rest, integrator, recorded
 from beltrepro import ChainParameters
-from beltrepro.engine import verlet_integrators
-from beltrepro.engine.verlet_integrators import LeapingVerlet, LiteralVerlet, verlet_integrator
+from beltrepro.engine import verlet_integrator
+from beltrepro.engine.verlet_integrator import VerletIntegrator
 
 
-def leaping_or_not(kind, chains, *, spread=0.3, section=0.9, **settings):
+def verlet(chains, *, literal=None, spread=0.3, section=0.9, **settings):
     rest, n_blocks = chains[0].rest_positions, chains[0].n_blocks
     deviates = np.random.default_rng(3).standard_normal((len(chains), n_blocks))
     # balanced by kinetic friction the chain is longer than at rest
     level = section * rest[-1] + 0.64 * 71.4 * 0.45 * n_blocks * (n_blocks + 1) / 2
     states = at_rest(chains, rest + spread * deviates)
-    return integrator(kind, states, section=(n_blocks, level), **settings)
+    settings |= {"literal": literal, "section": (n_blocks, level)}
+    return integrator(VerletIntegrator, states, **settings)
 
 
 def assert_same(chains, duration, atol, **settings):
     """Both ways give the same events at the same steps, and all else within `atol`."""
-    steps = recorded(leaping_or_not(LiteralVerlet, chains, **settings), duration)
-    leaps = recorded(leaping_or_not(LeapingVerlet, chains, **settings), duration)
+    steps = recorded(verlet(chains, literal=True, **settings), duration)
+    leaps = recorded(verlet(chains, literal=False, **settings), duration)
     for one, other in zip(leaps, steps, strict=True):
         np.testing.assert_array_equal(one[0][:, :3], other[0][:, :3])
         # losses grow to some thousands; the force follows a position where springs are stiff
@@ -66,15 +67,15 @@ def test_leaps_are_the_steps_under_other_laws_and_starts(n_blocks, law, settings
 
 
 def test_what_leaps_neglect_is_of_fourth_order(monkeypatch):
-    monkeypatch.setattr(verlet_integrators, "_IMPACT_LIMIT", np.inf)
+    monkeypatch.setattr(verlet_integrator, "_IMPACT_LIMIT", np.inf)
     # dt^4/240 a'''': far above rounding at these time steps, far below it at the paper's
     chains = [ChainParameters(5, float(u)) for u in np.linspace(20, 45, 16)]
     errors = []
     for time_step in (0.016, 0.008, 0.004):
         stride = round(0.08 / time_step)
         states = [
-            recorded(leaping_or_not(kind, chains, time_step=time_step, stride=stride), 8.0)
-            for kind in (LiteralVerlet, LeapingVerlet)
+            recorded(verlet(chains, literal=literal, time_step=time_step, stride=stride), 8.0)
+            for literal in (True, False)
         ]
         errors.append([np.abs(a[2][:, 0] - b[2][:, 0]).max() for a, b in zip(*states, strict=True)])
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
@@ -83,13 +84,13 @@ def test_what_leaps_neglect_is_of_fourth_order(monkeypatch):
 
 
 def test_noise_and_long_steps_go_step_by_step():
-    def kind(*chains, **settings):
-        return type(leaping_or_not(verlet_integrator, list(chains), **settings))
+    def name(*chains, **settings):
+        return verlet(list(chains), **settings).name
 
     quiet, noisy = ChainParameters(3, 5.0), ChainParameters(3, 5.0, 1.0)
     stiff = ChainParameters(3, 5.0, compression_rate=2.0)
-    assert kind(quiet) is LeapingVerlet
-    assert kind(quiet, noisy) is kind(quiet, time_step=0.002) is kind(stiff) is LiteralVerlet
+    assert name(quiet) == "leaping verlet"
+    assert {name(quiet, noisy), name(quiet, time_step=0.002), name(stiff)} == {"literal verlet"}
 
 
 def test_leaps_are_the_steps_where_impacts_compress_springs_further():

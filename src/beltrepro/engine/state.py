@@ -139,11 +139,13 @@ class ChainState:
 
         Parameters
         ----------
-        parameters, positions, time, seed, replicate : as for `at_rest`
-            The chain, where its blocks are and when, and the key of the random stream.
+        parameters, positions : as for `at_rest`
+            The chain, and where its blocks are.
         velocities : array (N,)
             Of the blocks in the laboratory frame, model velocity; that of the belt if not given. A
             block with exactly that is stuck, and slips at once if F_ex is beyond its threshold.
+        time, seed, replicate : as for `at_rest`
+            When, and the key of the random stream.
 
         Returns
         -------

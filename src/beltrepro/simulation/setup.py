@@ -20,7 +20,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState, states_at_rest
-from beltrepro.engine.verlet_integrators import verlet_integrator
+from beltrepro.engine.verlet_integrator import VerletIntegrator
 from beltrepro.model import ChainParameters, section_position
 from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LIMITS
@@ -32,7 +32,7 @@ PerChain: TypeAlias = T | Sequence[T]
 """One value for all chains, or one for each."""
 Check: TypeAlias = Callable[[str, Any], Any]
 
-METHODS = {"verlet": verlet_integrator, "event": EventIntegrator}
+METHODS = {"verlet": VerletIntegrator, "event": EventIntegrator}
 # Of a step, unless told otherwise; "verlet" has none.
 TOLERANCES: dict[str, float] = {"event": signature(EventIntegrator).parameters["tolerance"].default}
 _MEANS = ("method", "time_step", "tolerance", "initial_spread")

@@ -18,7 +18,7 @@ from beltrepro.base.provenance import PACKAGE, ROOT
 # Whoever simulates imports all of these, and a batch of points uses the one of its method.
 INTEGRATORS = {
     "event": f"{PACKAGE}.engine.event_integrator",
-    "verlet": f"{PACKAGE}.engine.verlet_integrators",
+    "verlet": f"{PACKAGE}.engine.verlet_integrator",
 }
 KINDS = f"{PACKAGE}.replication.plan.kinds"
 WORDS = "words.yaml"  # captions: only the report prints them, others are told theirs as parameters

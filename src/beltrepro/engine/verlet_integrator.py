@@ -1,14 +1,11 @@
 """Many chains advanced by the paper's scheme, in leaps or step for step."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from beltrepro.engine import leaps
 from beltrepro.engine.integrator import Integrator
 from beltrepro.engine.law import of_blocks
 from beltrepro.engine.simd import LANES
-from beltrepro.engine.state import ChainState
 from beltrepro.engine.vector import zeros
 from beltrepro.model.friction import kinetic_friction
 
@@ -20,50 +17,50 @@ _IMPACT_LIMIT = 2.5e-4
 _FREQUENCY = 4.0  # omega^2 of a long chain, over the slope of the tension of its springs
 
 
-def verlet_integrator(states: Sequence[ChainState], *, time_step: float, **settings) -> Integrator:
-    """Chains integrated by the scheme of the Appendix; parameters as for `Integrator`.
+class VerletIntegrator(Integrator):
+    """Chains integrated by the scheme of the Appendix (`beltrepro.engine.leaps`).
 
-    In leaps if they have the paper's law, none of them has noise and the time step is as short as
-    the paper's; else step for step.
-    """
-    first = states[0].parameters
-    literal = first.varied or any(state.parameters.noise > 0 for state in states)
-    if not literal:
-        # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
-        rate = max(first.compression_rate, first.extension_rate)
-        stiffest = 1 + rate * first.static_friction
-        literal = time_step**2 * _FREQUENCY * stiffest > _LEAP_LIMIT
-    return (LiteralVerlet if literal else LeapingVerlet)(states, time_step=time_step, **settings)
-
-
-class LeapingVerlet(Integrator):
-    """Chains without noise integrated by the scheme of the Appendix, many steps at a leap.
-
-    See `beltrepro.engine.leaps`; parameters as for `Integrator`.
+    Parameters as for `Integrator`, and literal : whether every step is taken literally. If it is
+    not given, many steps are taken at a leap where that gives the same numbers.
     """
 
-    name = "leaping verlet"
     _scheme_fields = ("slip_step", "acceleration")
-    _kernel = staticmethod(leaps.leap_steps)
 
-    def __init__(self, states, **settings):
+    def __init__(self, states, *, literal: bool | None = None, **settings):
         super().__init__(states, **settings)
-        lanes = len(self._noise)
+        if literal is None:
+            literal = not self._can_leap()
+        self.name = "literal verlet" if literal else "leaping verlet"
+        self._kernel = leaps.literal_steps if literal else leaps.leap_steps
+        lanes, noise = len(self._noise), None
+        if np.any(self._noise > 0):
+            deviates = zeros((self.n_blocks + self.n_blocks % 2) * LANES)
+            noise = leaps.Noise(self._noise, self._streams, deviates)
         self._chains = self._new_chains(
             leaps.SchemeChains, steps_done=zeros(lanes), wall_impulse=zeros(lanes)
         )
         self._group = leaps.SchemeGroup(
-            self._law,
-            self._varied,
-            self._belt_velocity,
-            self.time_step,
-            _IMPACT_LIMIT / (_FREQUENCY * self.time_step**2),
-            self._chains,
-            None,
+            law=self._law,
+            varied=of_blocks(self.parameters[0]) if literal else None,
+            belt_velocity=self._belt_velocity,
+            time_step=self.time_step,
+            stiffest=_IMPACT_LIMIT / (_FREQUENCY * self.time_step**2),
+            chains=self._chains,
+            noise=noise,
         )
         self._scratch = leaps.new_scratch(self.n_blocks)
         self._velocity_unit = self.time_step
         self._start_from(states)
+
+    def _can_leap(self) -> bool:
+        """Whether they have the paper's law, no noise, and a time step as short as the paper's."""
+        chain = self.parameters[0]
+        if chain.varied or np.any(self._noise > 0):
+            return False
+        # the stiffest spring that friction can hold: on the compressed branch, or the stretched one
+        rate = max(chain.compression_rate, chain.extension_rate)
+        stiffest = 1 + rate * chain.static_friction
+        return self.time_step**2 * _FREQUENCY * stiffest <= _LEAP_LIMIT
 
     def _step(self, time: float) -> int:
         return round(time / self.time_step)
@@ -112,18 +109,3 @@ class LeapingVerlet(Integrator):
 
     def _reached(self, lane):
         return float(self.time + self._chains.steps_done[lane] * self.time_step)
-
-
-class LiteralVerlet(LeapingVerlet):
-    """Chains of any law, with noise or without: every step of the Appendix taken literally."""
-
-    name = "literal verlet"
-    _kernel = staticmethod(leaps.literal_steps)
-
-    def __init__(self, states, **settings):
-        super().__init__(states, **settings)
-        self._group = self._group._replace(varied=of_blocks(self.parameters[0]))
-        if np.any(self._noise > 0):
-            deviates = zeros((self.n_blocks + self.n_blocks % 2) * LANES)
-            noise = leaps.Noise(self._noise, self._streams, deviates)
-            self._group = self._group._replace(noise=noise)
