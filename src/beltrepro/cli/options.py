@@ -51,7 +51,7 @@ class Command(NamedTuple):
         """Add its parser."""
         text = inspect.getdoc(self.run) or ""
         first = text.partition(".")[0]
-        words = {"help": first[0].lower() + first[1:], "description": text, "epilog": self.epilog}
+        words = {"help": first[:1].lower() + first[1:], "description": text, "epilog": self.epilog}
         group = parser = commands.add_parser(self.run.__name__, **words)
         for option in self.options:
             if isinstance(option, str):
@@ -94,7 +94,7 @@ def chain_options(whole: Callable[[str], Any] = int, number: Callable[[str], Any
     for python in (", per block", ", per spring", "math.", "`"):  # what only Python takes
         text = text.replace(python, "")
     words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
-    rows = [field_option(one, words[one.name], number) for one in fields(ChainParameters)]
+    rows = [field_option(one, words.get(one.name, ""), number) for one in fields(ChainParameters)]
     rows[0] = (rows[0][0], whole, *rows[0][2:])  # the number of blocks
     return [*rows[:3], "law of springs and friction, as in the paper if not given", *rows[3:]]
 
@@ -128,8 +128,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
-        self.register("type", float, _number)
-        self.register("type", int, _whole_number)
+        self.register("type", float, _number(float, "a number is needed"))
+        self.register("type", int, _number(int, "a whole number is needed"))
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
@@ -151,19 +151,17 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"error: {message.removeprefix('argument ')}; see {self.prog} --help\n")
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a number is needed{many}") from None
+def _number(kind: Callable[[str], Any], words: str) -> Callable[[str], Any]:
+    """What makes a number of a text, or says in one line that it is none."""
 
+    def number(text: str) -> Any:
+        try:
+            return kind(text)
+        except ValueError:
+            many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
+            raise argparse.ArgumentTypeError(f"{shown(text)}: {words}{many}") from None
 
-def _whole_number(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: a whole number is needed") from None
+    return number
 
 
 def grid(text: str) -> tuple[float, ...]:

@@ -52,9 +52,8 @@ class LoadingWatch:
             return
         number = max(sorted(self._loading), key=lambda number: self._loading[number][0])
         needed, disorder = self._loading[number]
-        many = (
-            "" if len(self._cases) == 1 else f"{len(self._loading)} of {len(self._cases)} chains: "
-        )
+        total = len(self._cases)
+        many = "" if total == 1 else f"{len(self._loading)} of {total} chains: "
         longer = "" if needed < self._duration / 2 else " and a duration well beyond it"
         warnings.warn(
             f"{many}loading is measured too ({self._cases[number].parameters.describe()}: "

@@ -126,15 +126,16 @@ class SampleLog:
                 np.array([getattr(case.state, name) for case in members]).T[None] for name in names
             )
             braked = -directions * kinetic_friction(self._chain, relative[0].T).T
-            self._add(np.zeros(1), np.ones(1, bool), places, relative, braked)
+            self._add(np.zeros(1), places, relative, braked)
 
     def observe(self, chunk: Chunk) -> None:
         """Add the samples of a chunk."""
-        numbers = np.rint(chunk.time / self._interval).astype(np.int64)
-        kept = (chunk.time >= self._start) & (numbers % self._every == 0)
-        if kept.any():
-            values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
-            self._add(chunk.time, kept, *values)
+        kept: Any = slice(np.searchsorted(chunk.time, self._start), None)
+        if self._every > 1:
+            numbers = np.rint(chunk.time / self._interval).astype(np.int64)
+            kept = np.flatnonzero((chunk.time >= self._start) & (numbers % self._every == 0))
+        values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
+        self._add(chunk.time[kept], *(value[kept] for value in values))
 
     def of(self, lane: int) -> dict[str, Any]:
         """time (T,), positions, velocities and friction (T, N) of one chain."""
@@ -142,15 +143,15 @@ class SampleLog:
         names = ("positions", "velocities", "friction")
         return {"time": self._time[: self._count].copy()} | dict(zip(names, moving, strict=True))
 
-    def _add(self, time, kept, displacement, relative_velocity, kinetic_friction):
-        """Add those of S samples that are kept: time (S,), the others (S, N, W)."""
-        rows = slice(self._count, self._count + np.count_nonzero(kept))
-        self._time[rows] = time[kept]
+    def _add(self, time, displacement, relative_velocity, kinetic_friction):
+        """Add S samples: time (S,), the others (S, N, W)."""
+        if not len(time):
+            return
+        rows = slice(self._count, self._count + len(time))
+        self._time[rows] = time
+        values = displacement, relative_velocity, kinetic_friction
         for lane, belt_velocity in enumerate(self._belt_velocities):
-            place, relative, kinetic = (
-                values[kept, :, lane]
-                for values in (displacement, relative_velocity, kinetic_friction)
-            )
+            place, relative, kinetic = (value[..., lane] for value in values)
             positions = place + self._chain.rest_positions
             held = -external_force(positions, self._chain)
             friction = np.where((relative == 0) & (kinetic == 0), held, kinetic)
