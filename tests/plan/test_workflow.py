@@ -156,11 +156,8 @@ MAIN = "run(main", "run(0 or main"
         (f"{STUDY}/figures.py", (), {"draw", "report"},
          {"fig11", "fig12", "critical_velocity"}),
         (f"{STUDY}/words.yaml", ("from other starts", "from other ones"), {"report"}, set()),
-        ("src/beltrepro/replication/camera/camera.py", (),
-         {"film", "derive", "draw", "claims", "report"}, {"fig02", "fig03", "fig04", "fig05"}),
         ("workflow/scripts/join.py", MAIN,
          {"join", "film", "derive", "draw", "claims", "report"}, None),
-        ("workflow/scripts/figure.py", MAIN, {"draw", "report"}, {*FIGURES}),
     ],
 )  # fmt: skip
 def test_an_edit_reruns_what_uses_it_and_no_simulation(finished, place, edit, rules, figures):

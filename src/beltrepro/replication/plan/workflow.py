@@ -46,7 +46,7 @@ def check_call() -> None:
             nested = "'defaults={\"noise\": 1}'"
             sys.exit(f"error: --config {entry}: no key; one below another is given as {nested}")
     with one_line():
-        for path in (SOURCE, *(options.configfile or ())):
+        for path in (Path(options.directory or "", SOURCE), *(options.configfile or ())):
             load_config(path)
 
 
