@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +14,17 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.chaos.continuation import QUANTITIES, OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import IRREGULAR, time_to_orbit
-from beltrepro.chaos.periodic_orbits import PeriodicOrbit, check_exact, close_orbit, states_at
+from beltrepro.chaos.periodic_orbits import (
+    MOMENTS,
+    PeriodicOrbit,
+    advanced,
+    check_exact,
+    close_orbit,
+    exact_case,
+)
 from beltrepro.chaos.vectors import part
 from beltrepro.engine.state import ChainState
+from beltrepro.observe.crossings import ReturnLog
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, Setup, setup_of, with_setup
@@ -30,8 +39,7 @@ _RUNS = 0.8  # share of the work, about, that the runs are
 _SAME = 1e-5  # share by which periods, and states at the section, of one orbit may differ
 _LONGEST = 200  # slips of an orbit that is followed: longer ones end within little of the quantity
 _ALIKE = 0.5  # e-foldings of r by which neighbours of one irregular motion may differ
-_COLUMNS = ("label", "state", "reached_by", "starts", "period_time", "period_events")
-_COLUMNS += ("disorder_parameter", "mean_length")
+_COLUMNS = ("label", "state", "reached_by", "starts", "period_time", "period_events", *MOMENTS)
 # Told apart by colour-blind readers, and told again after as many.
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 _MARKERS = {PERIODIC: "o", IRREGULAR: "x", EQUILIBRIUM: "s"}
@@ -55,13 +63,11 @@ class Attractor:
     @classmethod
     def of_runs(cls, value: float, starts: int, runs: Results, rows: Sequence[int]) -> Attractor:
         """That of some runs."""
-        r, length = (
-            float(np.mean(runs[name][rows])) for name in ("disorder_parameter", "mean_length")
+        state, time, events = (
+            runs[name][rows[0]].item() for name in ("state", "period_time", "period_events")
         )
-        first = rows[0]
-        period = float(runs["period_time"][first]), int(runs["period_events"][first])
-        state = str(runs["state"][first])
-        return cls(value, starts, state, *period, r, length, rows=list(rows))
+        r, length = (float(np.mean(runs[name][rows])) for name in MOMENTS)
+        return cls(value, starts, state, time, events, r, length, rows=list(rows))
 
     @property
     def reached_by(self) -> int:
@@ -76,7 +82,7 @@ class Attractor:
             self.orbit = close_orbit(state, self.period_time)
         except (InputError, ModelStateError):
             return  # two events at one instant, say: the motion is periodic all the same
-        for name in ("period_time", "disorder_parameter", "mean_length"):
+        for name in ("period_time", *MOMENTS):
             setattr(self, name, getattr(self.orbit, name))
 
     def is_of(self, period_time: float, period_events: int, crossing: np.ndarray) -> bool:
@@ -85,9 +91,9 @@ class Attractor:
         same = same and abs(period_time / self.period_time - 1) < _SAME
         if not same or self.orbit is None:
             return bool(same)
-        state, n_blocks = self.orbit.state, len(crossing) // 2
-        length = crossing[n_blocks - 1] + state.parameters.rest_positions[-1]
-        apart = np.abs(states_at(state, self.period_time, length) - crossing).max(axis=1)
+        rests = self.orbit.parameters.rest_positions
+        length = crossing[len(rests) - 1] + rests[-1]
+        apart = np.abs(_crossings(self.orbit, length) - crossing).max(axis=1)
         return bool(np.any(apart < _SAME * np.abs(crossing).max()))
 
     def apart(self, other: Attractor) -> float:
@@ -102,13 +108,19 @@ class Attractor:
         return float(np.hypot(np.log(r[0] / r[1]), (lengths[0] - lengths[1]) / scale))
 
 
+def _crossings(orbit: PeriodicOrbit, length: float) -> np.ndarray:
+    """States (K, 2N) in which an orbit comes down through a length in a period."""
+    log = ReturnLog(1)
+    advanced([exact_case(orbit.state)], orbit.period_time, log, length=length)
+    return log.returns(0)[1]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Basins(Tabled):
     """Which attractor each of P starts reaches.
 
     Attractors are `periodic`, `irregular` (not settled within the duration: a transient perhaps)
-    or `equilibrium slip`, the motion without any stick. Of the last there is one for each state of
-    slipping blocks that never reach the belt; they count as one family.
+    or `equilibrium slip`, the motions without any stick, which count as one family.
 
     Attributes
     ----------
@@ -185,11 +197,10 @@ def basins(
 
     Starts at rest come of `replicate=range(200), initial_spread=10` or of `initial_positions`, all
     others of `initial_state`, such as `slipping_state` makes. Chains may differ in one constant:
-    there an attractor keeps its label as long as it is the same orbit (`orbit_branch`), which is
-    followed up and down from wherever it was seen. So a branch is not lost where no start reaches
-    it. Two runs reach one orbit if they have its period and its states at a section of the last
-    block. Orbits of more than 200 slips are not followed, and have labels of their own. Irregular
-    motions of neighbouring values are one if their r and <x_N> are about the same.
+    there an attractor keeps its label along the branch of its orbit (`orbit_branch`), also where no
+    start reaches it. Two runs reach one orbit if they have its period and its states at a section
+    of the last block. Orbits of more than 200 slips are not followed, and have labels of their own.
+    Irregular motions of neighbouring values are one if their r and <x_N> are about the same.
 
     Parameters
     ----------
@@ -220,9 +231,7 @@ def basins(
     values = np.unique(runs[quantity])
     by_value = [_attractors(made, runs, quantity, value) for value in values.tolist()]
     branches = _label(by_value, quantity, values, part(progress, _RUNS, 1))
-    attractors = [
-        one for at_value in by_value for one in sorted(at_value, key=lambda one: one.label)
-    ]
+    attractors = sorted(chain.from_iterable(by_value), key=lambda one: (one.value, one.label))
     runs["attractor"] = np.zeros(len(made.cases), dtype=int)
     for attractor in attractors:
         runs["attractor"][attractor.rows] = attractor.label
@@ -232,9 +241,9 @@ def basins(
 def _differing(made: Setup) -> str:
     """The constant in which the chains differ."""
     chains = {case.parameters for case in made.cases}
-    if len(sizes := {chain.n_blocks for chain in chains}) > 1:
+    if len(sizes := {one.n_blocks for one in chains}) > 1:
         raise InputError(f"chains: of {len(sizes)} numbers of blocks, one is needed")
-    values = {name: {getattr(chain, name) for chain in chains} for name in QUANTITIES}
+    values = {name: {getattr(one, name) for one in chains} for name in QUANTITIES}
     differing = [name for name in QUANTITIES if len(values[name]) > 1]
     if len(differing) > 1:
         raise InputError(f"chains: differ in {', '.join(differing)}, in one of them they may")
@@ -242,9 +251,6 @@ def _differing(made: Setup) -> str:
     if any(isinstance(value, tuple) for value in values[quantity]):
         raise InputError(f"chains: {quantity} differs among the blocks, one number is needed")
     return quantity
-
-
-# --- at one value ---------------------------------------------------------------------------------
 
 
 def _attractors(made: Setup, runs: Results, quantity: str, value: float) -> list[Attractor]:
@@ -263,9 +269,9 @@ def _attractors(made: Setup, runs: Results, quantity: str, value: float) -> list
         reached = next((one for one in periodic if one.is_of(*period, crossing)), None)
         if reached is None:
             periodic.append(reached := Attractor.of_runs(*here, [row]))
-            chain, (places, speeds) = made.cases[row].parameters, np.split(crossing, 2)
-            places, speeds = places + chain.rest_positions, speeds + chain.belt_velocity
-            reached.close(ChainState.in_motion(chain, places, speeds))
+            parameters, (places, speeds) = made.cases[row].parameters, np.split(crossing, 2)
+            places, speeds = places + parameters.rest_positions, speeds + parameters.belt_velocity
+            reached.close(ChainState.in_motion(parameters, places, speeds))
         else:
             reached.rows.append(row)
     return sorted([*attractors, *periodic], key=lambda attractor: -attractor.reached_by)
@@ -279,15 +285,12 @@ def _parted(runs: Results, rows: np.ndarray) -> list[list[int]]:
     return [part.tolist() for part in parts if part.size]
 
 
-# --- along the quantity ---------------------------------------------------------------------------
-
-
 def _label(
     by_value: list[list[Attractor]], quantity: str, values: np.ndarray, report: Report
 ) -> dict[int, OrbitBranch]:
     """Number all attractors, one number for each branch; those that no start reached are added."""
     branches: dict[int, OrbitBranch] = {}
-    number = 0
+    number, lower, upper = 0, float(values[0]), float(values[-1])
     for place, attractors in enumerate(by_value):
         for attractor in list(attractors):
             if attractor.label:
@@ -296,14 +299,12 @@ def _label(
             if attractor.orbit is None:
                 _spread(attractor, by_value[place + 1 :])
             elif len(values) > 1:
-                lower, upper = float(values[0]), float(values[-1])
                 try:
-                    branches[number] = orbit_branch(
-                        attractor.orbit, quantity, lower=lower, upper=upper
-                    )
+                    branch = orbit_branch(attractor.orbit, quantity, lower=lower, upper=upper)
                 except (InputError, ModelStateError):  # the run went several times around
                     continue
-                _join(branches[number], number, by_value)
+                branches[number] = branch
+                _join(branch, number, by_value)
         report((place + 1) / len(values))
     return branches
 
@@ -326,7 +327,7 @@ def _join(branch: OrbitBranch, number: int, by_value: list[list[Attractor]]) -> 
         if not branch.lower <= value <= branch.upper or not (orbit := _orbit_at(branch, value)):
             continue
         period = orbit.period_time, orbit.period_events
-        crossing = states_at(orbit.state, orbit.period_time, orbit.mean_length)[0]
+        crossing = _crossings(orbit, orbit.mean_length)[0]
         on_it = [one for one in attractors if one.orbit and one.is_of(*period, crossing)]
         if not on_it:
             lengths = orbit.disorder_parameter, orbit.mean_length
@@ -347,9 +348,6 @@ def _orbit_at(branch: OrbitBranch, value: float) -> PeriodicOrbit | None:
     return orbit if getattr(orbit.parameters, branch.quantity) == value else None
 
 
-# --- the picture ----------------------------------------------------------------------------------
-
-
 def _draw(basins: Basins) -> Figure:
     """Above r, branches as lines; below the shares of the starts, on top of each other."""
     from matplotlib import style
@@ -367,20 +365,18 @@ def _draw(basins: Basins) -> Figure:
             line = branch.parameter, branch.disorder_parameter
             disorder.plot(*line, color=colour(label), linewidth=1)
         for state, marker in _MARKERS.items():
-            those = [one for one in basins.attractors if one.state == state]
-            places = [one.value for one in those], [one.disorder_parameter for one in those]
-            colours = [colour(one.label) for one in those]
-            name = state if those else ""
-            disorder.scatter(*places, s=14, marker=marker, c=colours, label=name)
+            if those := [one for one in basins.attractors if one.state == state]:
+                values, r = [one.value for one in those], [one.disorder_parameter for one in those]
+                colours = [colour(one.label) for one in those]
+                disorder.scatter(values, r, s=14, marker=marker, c=colours, label=state)
         bottom = dict.fromkeys(basins.values.tolist(), 0.0)
         width = 0.8 * min(np.diff(basins.values), default=1.0)
         for one in basins.attractors:
             share, look = one.reached_by / one.starts, {"edgecolor": "white", "linewidth": 0.3}
-            look["color"] = colour(one.label)
-            shares.bar(one.value, share, width, bottom=bottom[one.value], **look)
+            place = {"bottom": bottom[one.value], "color": colour(one.label)}
+            shares.bar(one.value, share, width, **place, **look)
             bottom[one.value] += share
-        symbols = {name: symbol for symbol, name in names.SYMBOLS.items()}
-        symbol = symbols[basins.quantity]
+        symbol = next(key for key, name in names.SYMBOLS.items() if name == basins.quantity)
         symbol = f"${symbol}$" if len(symbol) == 1 else symbol  # Delta_l_max is no formula
         disorder.set(ylabel="$r$", yscale="log")
         disorder.legend()

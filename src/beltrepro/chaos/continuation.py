@@ -58,11 +58,10 @@ class OrbitBranch(Tabled):
 
     An end is a `SpecialPoint`, with `parameter`, `kind`, `block` (from 1; 0 if it is no single one)
     and a sentence, `text`. Kinds are the "edge" of the range; "grazing", where a slipping block
-    comes to touch the velocity of the belt or no longer reaches it, or the pull on a stuck block
-    the static friction; "stick of no length", which shrinks to nothing between two slips; "fold",
-    "period doubling" and "torus", where a multiplier becomes 1 or -1, or a complex pair leaves the
-    unit circle; "contact" of two blocks, or of one with the wall; and "lost", where Newton's method
-    fails for another reason.
+    comes to touch the velocity of the belt, or the pull on a stuck one the static friction, or no
+    longer reaches it; "stick of no length"; "fold", "period doubling" and "torus", where a
+    multiplier becomes 1 or -1, or a complex pair leaves the unit circle; "contact" of two blocks,
+    or of one with the wall; and "lost", where Newton's method fails for another reason.
 
     Attributes
     ----------
@@ -71,8 +70,8 @@ class OrbitBranch(Tabled):
     orbits : tuple of PeriodicOrbit
         P of them, in order of the quantity.
     word : str
-        Events of the orbit that the branch was followed from: the block, and "-" if it starts to
-        slip backwards over the belt, "+" forwards, "|" if it sticks.
+        Events of the first orbit: the block, and "-" if it starts to slip backwards over the belt,
+        "+" forwards, "|" if it sticks.
     lower_end, upper_end : SpecialPoint
         The ends, at one of the orbits. What happens lies beyond it by less than 1e-8 of the value.
     passed : tuple of SpecialPoint
@@ -130,25 +129,6 @@ class OrbitBranch(Tabled):
         return f"OrbitBranch({slips} slips, {self.quantity} {ends}, {len(self.orbits)} orbits)"
 
 
-def check_course(
-    parameters: ChainParameters, quantity: str, lower: float, upper: float, step: float | None
-) -> tuple[str, float, float, float]:
-    """Quantity, range and largest step, checked; the range holds the chain's value."""
-    quantity = names.one_of("quantity", quantity, QUANTITIES)
-    limits = LIMITS[quantity]
-    lower, upper = checks.within("lower", lower, **limits), checks.within("upper", upper, **limits)
-    value = getattr(parameters, quantity)
-    if isinstance(value, tuple):
-        raise InputError(f"quantity = {quantity!r}: differs among the blocks, one number is needed")
-    if not lower <= value <= upper or lower == upper:
-        raise InputError(
-            f"lower = {lower:g}, upper = {upper:g}: must have the {quantity} of the orbit, "
-            f"{value:g}, between them"
-        )
-    largest = (upper - lower) / _STEPS if step is None else checks.positive("step", step)
-    return quantity, lower, upper, largest
-
-
 @names.checked
 def orbit_branch(
     orbit: PeriodicOrbit,
@@ -164,9 +144,9 @@ def orbit_branch(
     """Follow a periodic orbit along a constant of the chain, down and up, to its ends.
 
     Each step predicts the next orbit from the way in which this one changes, and closes it by
-    Newton's method. The step shrinks where that fails. So the ends are found by
-    halving, to 1e-8 of the value. An orbit is one with the last if each block slips as often, in
-    the same directions and order. Which of two blocks is first may change; that is smooth.
+    Newton's method. Where that fails the step is halved, until the ends are known to 1e-8 of the
+    value. An orbit is one with the last if each block slips as often, in the same directions and
+    order. Which of two blocks is first may change; that is smooth.
 
     Parameters
     ----------
@@ -198,17 +178,27 @@ def orbit_branch(
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise InputError(f"orbit = {checks.shown(orbit)}: a PeriodicOrbit is needed")
-    quantity, lower, upper, largest = check_course(orbit.parameters, quantity, lower, upper, step)
+    quantity = names.one_of("quantity", quantity, QUANTITIES)
+    value, limits = getattr(orbit.parameters, quantity), LIMITS[quantity]
+    lower, upper = checks.within("lower", lower, **limits), checks.within("upper", upper, **limits)
+    if isinstance(value, tuple):
+        raise InputError(f"quantity = {quantity!r}: differs among the blocks, one number is needed")
+    if not lower <= value <= upper or lower == upper:
+        raise InputError(
+            f"lower = {lower:g}, upper = {upper:g}: must have the {quantity} of the orbit, "
+            f"{value:g}, between them"
+        )
+    step = (upper - lower) / _STEPS if step is None else checks.positive("step", step)
     if not isinstance(unstable, bool | np.bool_):
         raise InputError(f"unstable = {checks.shown(unstable)}: must be True or False")
     check_progress(progress)
-    course = _Course(quantity, largest, bool(unstable), check_tolerance("tolerance", tolerance))
+    course = _Course(quantity, step, bool(unstable), check_tolerance("tolerance", tolerance))
     begin = course.point(orbit)
     if words.repeats(begin.word, orbit.period_time, _MULTIPLE) > 1:
         raise InputError(f"orbit = {orbit!r}: is several periods of a shorter one")
     report = part(progress, 0, 1)
     below, passed_below, lower_end = course.walk(begin, lower)
-    report((begin.value - lower) / (upper - lower))
+    report((value - lower) / (upper - lower))
     above, passed_above, upper_end = course.walk(begin, upper)
     report(1.0)
     return OrbitBranch(
@@ -350,9 +340,8 @@ class _Course(NamedTuple):
         if size > _FOLD:
             return SpecialPoint(value, LOST, 0, "Newton's method finds no orbit beyond")
         if words.repeats(here.word, orbit.period_time, words.SAME) > 1:
-            return SpecialPoint(
-                value, DOUBLING, 0, "the orbit becomes twice one of half the period"
-            )
+            text = "the orbit becomes twice one of half the period"
+            return SpecialPoint(value, DOUBLING, 0, text)
         return SpecialPoint(value, FOLD, 0, "a multiplier becomes 1: the orbit meets another one")
 
 
@@ -382,9 +371,8 @@ def _grazing(value: float, difference: words.Difference) -> SpecialPoint:
         text = f"a stick of block {block} between two slips has no length"
         return SpecialPoint(value, NO_STICK, block, text)
     if kind == "|":
-        touches = f"block {block}, which slips, touches the velocity of the belt"
-        leaves = f"block {block} no longer reaches the velocity of the belt"
+        what, does, limit = f"block {block}", "slips", "the velocity of the belt"
     else:
-        touches = f"the pull on block {block}, which is stuck, touches the static friction"
-        leaves = f"the pull on block {block} no longer reaches the static friction"
-    return SpecialPoint(value, GRAZING, block, touches if difference.appears else leaves)
+        what, does, limit = f"the pull on block {block}", "is stuck", "the static friction"
+    touches = f", which {does}, touches" if difference.appears else " no longer reaches"
+    return SpecialPoint(value, GRAZING, block, f"{what}{touches} {limit}")

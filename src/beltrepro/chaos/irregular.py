@@ -12,7 +12,8 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
-from beltrepro.chaos.naming import NO_PERIOD, period_of
+from beltrepro.chaos.naming import period_of
+from beltrepro.chaos.periodic_orbits import MOMENTS
 from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
@@ -24,7 +25,7 @@ from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
-from beltrepro.stats.recurrence import CLOSED, Recurrence, find_recurrence
+from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
 IRREGULAR = "irregular"
 
@@ -56,14 +57,12 @@ def time_to_orbit(
 ) -> Results:
     """How long the motion of each of P chains is irregular before it settles, and on what orbit.
 
-    Each chain is advanced until its motion has settled: no block sticks any more, or its state
-    comes back. Those that have settled stop, so that long irregular motion can be awaited. On the
-    way to a periodic orbit irregular motion is over when the order in which the blocks slip repeats
-    from then on: what follows is a smooth approach to the orbit.
+    Each chain is advanced until no block sticks any more, or its state comes back. On the way to a
+    periodic orbit irregular motion is over when the order in which the blocks slip repeats from
+    then on: what follows is a smooth approach.
 
-    Where noise or the steps of "verlet" disturb each slip, states come back only about
-    (`beltrepro.chaos.irregular`). There all states of the second half of a window must come back,
-    a sixth of the time so far. A disturbed motion may leave its orbit later.
+    Where noise or the steps of "verlet" disturb each slip, states come back only about. There all
+    states of a sixth of the time so far must. A disturbed motion may leave its orbit later.
 
     Parameters
     ----------
@@ -82,12 +81,11 @@ def time_to_orbit(
     -------
     Results
         settled; lifetime of the irregular motion (the duration if not settled); state (equilibrium
-        slip, periodic or irregular); period_time (NaN without), period_events (slips of all) and
-        period_returns (to a section) of a period, 0 without; disorder_parameter and mean_length of
-        the settled motion, or of the end; irregular_exponent and irregular_error: the largest
-        Lyapunov exponent of the irregular motion over its irregular_time, NaN where that is too
-        short; return_state (P, 2D), displacements and relative velocities of the blocks at the last
-        return, D those of the longest chain, NaN padded. Model units.
+        slip, periodic or irregular); period_time, period_events and period_returns as of
+        `classify`; disorder_parameter and mean_length of the settled motion, or of the end;
+        irregular_exponent and irregular_error, the largest Lyapunov exponent over the
+        irregular_time, NaN where that is too short; return_state (P, 2N), displacements and
+        relative velocities of the blocks at the last return, NaN padded.
 
     Raises
     ------
@@ -119,6 +117,10 @@ def time_to_orbit(
     return Results(columns(made) | table, settings)
 
 
+_UNKNOWN = {"state": IRREGULAR, **period_of(None, np.empty(0)), **dict.fromkeys(MOMENTS, np.nan)}
+_UNKNOWN |= {"return_state": np.empty(0), "lifetime": np.inf}
+
+
 @dataclass
 class _Run:
     """One chain on its way, and what is remembered of it."""
@@ -126,18 +128,16 @@ class _Run:
     case: Case  # it, in its state now
     start: float  # instant at which it began
     section: float = np.nan  # length of the chain at which its returns are noted
-    # instants of all slips, and the blocks that slip
-    times: list[np.ndarray] = field(default_factory=list)
-    blocks: list[np.ndarray] = field(default_factory=list)
+    slips: list[tuple] = field(default_factory=list)  # instants and blocks, of each window
     growth: list[np.ndarray] = field(default_factory=list)  # rates of growth of its deviation
     deviation: np.ndarray | None = None  # the deviation now
     last_event: float = -np.inf  # instant of the last slip or stick
-    motion: dict = field(default_factory=dict)  # what is known of it
+    motion: dict = field(default_factory=_UNKNOWN.copy)  # what is known of it
 
     @property
     def settled(self) -> bool:
         """Whether its motion has settled."""
-        return "state" in self.motion
+        return self.motion["state"] != IRREGULAR
 
     @property
     def followed(self) -> bool:
@@ -153,11 +153,17 @@ class _Run:
         self.last_event = max(self.last_event, log.last_event[lane])
         if len(states):
             self.motion["return_state"] = states[-1]
-        closing = self._closing(states, times, middle, closed)
+        distances = scatters(self.case)
+        late = int(np.sum(times > middle)) if distances else 1
+        recurrences = (  # a narrow distance first: it tells like returns apart
+            find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
+            for distance in distances or (0.0,)
+        )
+        closing = next(filter(None, recurrences), None)
         period = period_of(closing, slips)
         events = int(period["period_events"])
         since = self._repeats_since(events) if events else np.inf
-        if closing and scatters(self.case):
+        if closing and distances:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         if self.last_event <= middle or (closing and not events):
@@ -166,49 +172,29 @@ class _Run:
         elif closing and since <= middle:
             self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
 
-    def _closing(
-        self, states: np.ndarray, times: np.ndarray, middle: float, closed: float
-    ) -> Recurrence | None:
-        """The period of the returns in a window."""
-        if not (distances := scatters(self.case)):
-            return find_recurrence(states, times, closed=closed)
-        late = int(np.sum(times > middle))
-        periods = (  # a narrow distance first: it tells like returns apart
-            find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
-            for distance in distances
-        )
-        return next(filter(None, periods), None)
-
     def _repeats_since(self, period: int) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""
-        times, blocks = np.concatenate(self.times), np.concatenate(self.blocks)
+        times, blocks = map(np.concatenate, zip(*self.slips, strict=True))
         broken = np.flatnonzero(blocks[period:] != blocks[:-period])
         return float(times[broken[-1] + 1]) if broken.size else self.start
 
     def row(self, duration: float, width: int) -> dict:
         """What `time_to_orbit` returns of it; width : numbers of the state of the longest chain."""
-        motion = _UNKNOWN | {"lifetime": duration} | self.motion | {"settled": self.settled}
-        state = motion["return_state"]
-        motion["return_state"] = np.pad(state, (0, width - state.size), constant_values=np.nan)
-        # the largest exponent of the irregular motion
+        lifetime, state = self.motion["lifetime"], self.motion["return_state"]
         rates = np.concatenate([np.empty((0, 1)), *self.growth])
-        last = int(min(self.motion.get("lifetime", np.inf), len(rates) * INTERVAL) / INTERVAL)
-        rates = rates[int(_ALIGNED / INTERVAL) : last][None]
-        time = rates.shape[1] * INTERVAL
-        numbers = np.nan, np.nan, 0.0
-        if time >= _SHORTEST:
-            numbers = vectors.slopes(rates).item(), vectors.standard_errors(rates).item(), time
-        names = "irregular_exponent", "irregular_error", "irregular_time"
-        return motion | dict(zip(names, numbers, strict=True))
-
-
-_UNKNOWN = {
-    "state": IRREGULAR,
-    **NO_PERIOD,
-    "disorder_parameter": np.nan,
-    "mean_length": np.nan,
-    "return_state": np.empty(0),
-}
+        last = int(min(lifetime, len(rates) * INTERVAL) / INTERVAL)
+        rates = rates[int(_ALIGNED / INTERVAL) : last][None]  # of the irregular motion
+        time, exponent, error = rates.shape[1] * INTERVAL, np.nan, np.nan
+        if long_enough := time >= _SHORTEST:
+            exponent, error = vectors.slopes(rates).item(), vectors.standard_errors(rates).item()
+        return self.motion | {
+            "return_state": np.pad(state, (0, width - state.size), constant_values=np.nan),
+            "lifetime": min(lifetime, duration),
+            "settled": self.settled,
+            "irregular_exponent": exponent,
+            "irregular_error": error,
+            "irregular_time": time if long_enough else 0.0,
+        }
 
 
 def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], report: Report) -> None:
@@ -232,8 +218,7 @@ def _pass_window(
     """Advance a group by a window, and judge its motion there."""
     members = [runs[index] for index in group]
     chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
-    width = len(members)
-    observers = moments, log = LengthMoments(width, middle), ReturnLog(width)
+    observers = moments, log = LengthMoments(len(members), middle), ReturnLog(len(members))
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
         growth = vectors.grow(chains, length, observers, report)
@@ -245,10 +230,9 @@ def _pass_window(
     lengths = moments.result(chain.rest_positions[-1])
     for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
         run.case = replace(run.case, state=state)
-        for slips, kept in zip(log.slips(lane), (run.times, run.blocks), strict=True):
-            kept.append(slips)
+        run.slips.append(log.slips(lane))
         run.judge(log, lane, middle, closed)
-        run.motion |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
+        run.motion |= {name: lengths[name][lane] for name in MOMENTS}
         few = len(log.returns(lane)[0]) < _FEWEST
         if few and not run.settled and np.isfinite(run.motion["mean_length"]):
             run.section = run.motion["mean_length"]
@@ -268,11 +252,8 @@ def _integrator(members: list[_Run]) -> Integrator:
 
 
 def disturbance(case: Case) -> float:
-    """Standard deviation of displacements that disturb each slip as much as it is disturbed.
-
-    By the steps of "verlet" and by the thresholds under noise as `equivalent_displacement`
-    says. What the noise does during a slip is left out: it is less by a factor of about sqrt(dt).
-    """
+    """Standard deviation of displacements that disturb each slip as much as it is disturbed."""
+    # what noise does during a slip is left out: less than at its start by about sqrt(dt)
     chain, exact = case.parameters, case.method == METHOD
     steps = 0.0 if exact else equivalent_displacement(chain.belt_velocity, case.time_step)
     return math.hypot(steps, chain.noise)

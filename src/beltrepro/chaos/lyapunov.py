@@ -31,16 +31,13 @@ class LyapunovSpectrum(Tabled):
     ----------
     parameters : ChainParameters
         The chain.
-    exponents : array (K,)
-        Mean over the runs, largest first; minus infinity for directions that a stick erases.
-    standard_error : array (K,)
-        Of the mean, from the scatter of the runs, or of the parts of a single one; 0 where the
-        exponent is minus infinity.
+    exponents, standard_error : array (K,)
+        Means over the runs, largest first, minus infinity for directions that a stick erases; and
+        their errors by the scatter of the runs, or of the parts of a single one, 0 where erased.
     runs : array (R, K)
         Of each run: the slope of the logarithm of the growth, by least squares.
     growth : array (R, T, K)
-        Growth of each vector, as a rate, in the T intervals after the transient: finite-time
-        exponents.
+        Rates of growth of the vectors in T intervals after the transient: finite-time exponents.
     interval : float
         Length of these intervals, model time.
     most_stuck : array (R,)
@@ -70,10 +67,9 @@ class LyapunovSpectrum(Tabled):
     def trivial(self) -> int | None:
         """Index of the exponent that belongs to a shift of time, and is zero.
 
-        The one nearest to zero. None if that is further from zero than its error and e^5 in the
-        time of observation explain, since it is not among the K then. With noise a shift of time
-        leads from one motion to another only if the noise is shifted too, which takes a rest of the
-        whole chain; None if there was none, or if the noise is that of the laboratory.
+        The one nearest to zero, if its error and e^5 in the time of observation explain how far it
+        is; else None, as it is not among the K. None too with noise that is not shifted in time
+        with the chain, which takes a rest of the whole chain and that clock.
         """
         finite = np.isfinite(self.exponents)
         rests = np.all(self.most_stuck == self.parameters.n_blocks)
@@ -108,10 +104,9 @@ def lyapunov_spectrum(
 ) -> LyapunovSpectrum | Results:
     """Lyapunov exponents: of one chain from its runs, or of each of several chains.
 
-    Deviation vectors follow the linearised motion through slips, sticks and reversals, and are made
-    orthonormal again every 20 time units (Benettin et al. 1980); their logarithmic growth is
-    counted after the transient. With noise the exponents are those of the motion under one given
-    realisation of the noise.
+    Vectors follow the linearised motion through slips, sticks and reversals, and are made
+    orthonormal every 20 time units (Benettin et al. 1980); their logarithmic growth is counted
+    after the transient. With noise they are those of the motion under one realisation of it.
 
     Parameters
     ----------
@@ -134,18 +129,15 @@ def lyapunov_spectrum(
     Returns
     -------
     LyapunovSpectrum or Results
-        Of one chain its exponents with errors, and the growth that they are the means of. Of
-        several exponents (P, K) per model time, largest first: minus infinity for directions that a
-        stick erases, NaN for those that a shorter chain lacks; standard_error (P, K) from the parts
-        of the run; most_stuck (P,) blocks stuck at once; growth (P, T, K) rates of growth in the
-        intervals; and the length of these, interval ().
+        Of one chain its spectrum; of several the same by name, each from its one run: exponents and
+        standard_error (P, K), NaN for those that a shorter chain lacks, most_stuck (P,), growth
+        (P, T, K) and interval ().
 
     Raises
     ------
-    InputError
-        A value is not allowed, or the runs of one chain would not all differ.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, the runs of one chain would not all differ, or a state left the
+        range of the model.
     """
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
@@ -168,20 +160,20 @@ def lyapunov_spectrum(
     growth = np.take_along_axis(growth, order[:, None], axis=2)
     runs, errors = slopes(growth), standard_errors(growth)
     interval = (duration - transient) / growth.shape[1]
-    if not one_chain:
-        spectra |= {"exponents": runs, "standard_error": errors, "growth": growth}
-        spectra["interval"] = np.array(interval)
-        return spectra
-    measured = *_mean_of_runs(growth, errors), runs, growth, interval, spectra["most_stuck"]
-    return LyapunovSpectrum(made.cases[0].parameters, *measured, noise_clock)
+    if one_chain:
+        chain, stuck = made.cases[0].parameters, spectra["most_stuck"]
+        means = _mean_of_runs(growth, errors)
+        return LyapunovSpectrum(chain, *means, runs, growth, interval, stuck, noise_clock)
+    spectra |= {"exponents": runs, "standard_error": errors, "growth": growth}
+    spectra["interval"] = np.array(interval)
+    return spectra
 
 
 def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mean exponents (K,) of R runs and their errors; `errors` (R, K) are those of each run."""
     runs = slopes(growth)
     erased = np.isneginf(runs).any(axis=0)  # by one run is enough
-    finite = np.where(erased, 0.0, runs)
-    error = errors[0]
+    finite, error = np.where(erased, 0.0, runs), errors[0]
     if len(runs) > 1:
         scatter = finite.std(axis=0, ddof=1) / np.sqrt(len(runs))
         error = np.hypot(scatter, end_errors(growth).mean(axis=0))
@@ -198,7 +190,6 @@ def _growth(
     noise_clock: str,
     count: int,
 ) -> dict[str, np.ndarray]:
-    """Growth rates (W, T, K) of the vectors of a group, and most blocks stuck at once (W,)."""
     size = min(count, 2 * members[0].parameters.n_blocks)
     before = integrator_of(members, sampling=vectors.NO_SAMPLES)
     alone = (1 - _ALIGNED) * transient

@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from beltrepro.chaos.irregular import WIDEST
-from beltrepro.chaos.periodic_orbits import TIME_STEP, PeriodicOrbit, follow
-from beltrepro.engine.integrator import GROUP_SIZE, Section
+from beltrepro.chaos.periodic_orbits import PeriodicOrbit, advanced, exact_case, follow
+from beltrepro.engine.integrator import GROUP_SIZE
 from beltrepro.engine.state import ChainState
 from beltrepro.observe.crossings import ReturnLog
-from beltrepro.simulation.groups import integrator_of, observe
 from beltrepro.simulation.setup import Case
 
 LARGEST = 2.0  # displacement, model length; an orbit that bears it has no margin
@@ -36,12 +35,10 @@ class Slip(NamedTuple):
 def margin(orbit: PeriodicOrbit, *, begin: float, periods: int, slips: int) -> float:
     """The smallest displacement of a block, at the start of its slip, that loses the orbit.
 
-    begin : displacement that is tried first; each further one is a third of an octave larger.
-    periods : for which runs are followed. slips : at most so many of a period are tried, spread
-    evenly.
+    From `begin` on each is a third of an octave larger. Runs are followed for some `periods`, from
+    at most so many `slips` of a period, spread evenly.
     """
-    track = Track.of(orbit)
-    starts = _slips(orbit, slips)
+    track, starts = Track.of(orbit), _slips(orbit, slips)
     while begin < LARGEST and not _lost(track, starts, begin, periods):
         begin *= 2 ** (1 / 3)
     return begin if begin < LARGEST else np.inf
@@ -66,8 +63,7 @@ def _lost(track: Track, starts: Sequence[Slip], size: float, periods: int) -> bo
         for change in (-size, size):
             displacements = state.displacements.copy()
             displacements[block] += change
-            start = replace(state, displacements=displacements)
-            cases.append(Case(start, "event", TIME_STEP, None))
+            cases.append(exact_case(replace(state, displacements=displacements)))
             begun.append(time)
     left = track.left(cases, begun, periods * track.orbit.period_time)
     return bool(np.isfinite(left).any())
@@ -87,15 +83,12 @@ class Track:
         """The returns to the length that the last block crosses fastest."""
         run = orbit.run(orbit.period_time / max(400, 40 * orbit.period_events))
         length = _fastest_crossed(run.positions[:, -1])
-        chain = Case(orbit.state, "event", TIME_STEP, None)
-        times, states, _ = _returns([chain], length, orbit.period_time).returns(0)
+        log = _returns([exact_case(orbit.state)], length, orbit.period_time)
+        times, states, _ = log.returns(0)
         return cls(orbit, length, times, states)
 
     def left(self, cases: Sequence[Case], begun: Sequence[float], duration: float) -> np.ndarray:
-        """When runs (W,) that begin on the orbit leave it; inf for those that do not.
-
-        begun : instants of the orbit (W,), in its first period, at which they begin.
-        """
+        """When runs (W,) that begin at instants of its first period leave it; inf: never."""
         times = [
             self._first_away(log.returns(lane), begin, duration)
             for first in range(0, len(cases), GROUP_SIZE)
@@ -117,18 +110,17 @@ class Track:
 
 
 def _returns(cases: Sequence[Case], length: float, duration: float) -> ReturnLog:
-    section = Section(cases[0].parameters.n_blocks, np.full(len(cases), length))
     log = ReturnLog(len(cases))
-    observe(integrator_of(cases, section=section), duration, [log], lambda done: None)
+    advanced(cases, duration, log, length=length)
     return log
 
 
 def _fastest_crossed(lengths: np.ndarray) -> float:
     """The length (T,) whose crossings downwards are fastest, the slowest of them counting."""
     levels = np.quantile(lengths, np.linspace(0.1, 0.9, 33))
-    before, after = lengths, np.roll(lengths, -1)
+    after = np.roll(lengths, -1)
     slowest = [
-        np.min((before - after)[(before > level) & (after <= level)], initial=np.inf)
+        np.min((lengths - after)[(lengths > level) & (after <= level)], initial=np.inf)
         for level in levels
     ]
     return float(levels[np.argmax(np.where(np.isfinite(slowest), slowest, 0.0))])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from beltrepro.chaos import vectors
-from beltrepro.chaos.periodic_orbits import moments_of_orbit
+from beltrepro.chaos.periodic_orbits import MOMENTS, moments_of_orbit
 from beltrepro.chaos.vectors import REST
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.tangent import TangentIntegrator
@@ -41,10 +41,8 @@ class Motion(Tabled):
     state : str
         "equilibrium slip", "periodic", "quasi-periodic", "chaotic", "transient" or, with noise,
         "noise-driven"; see `beltrepro.stats.motion.name_motion`.
-    period_time : float
-        Length of a period, model time; NaN if the orbit does not close.
-    period_events : int
-        Slips of all blocks in a period; 0 if it does not close.
+    period_time, period_events : float, int
+        Model time of a period, NaN if the orbit does not close; slips of all blocks in it, 0 so.
     largest_exponent, standard_error : float
         Largest Lyapunov exponent per model time after the transient, and its error.
     disorder_parameter, mean_length : float
@@ -81,8 +79,8 @@ def classify(
     chains : ChainParameters, sequence of them, Grid or Setup
         One chain or P chains.
     duration, transient : float
-        Model time of each run, and of its first part; the motion after that is judged. A period can
-        be found that fits in twice.
+        Model time of each run, and of its first part; the rest is judged. A period must fit in it
+        twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
     progress : callable, optional
@@ -93,9 +91,8 @@ def classify(
     Returns
     -------
     Motion or Results
-        Of one run of one chain its name, period, largest exponent, r and <x_N>. Of several arrays
-        (P,) of these, by the names of the fields of `Motion`; and period_returns, the number of
-        returns to the section in a period.
+        Of one run of one chain its motion; of several arrays (P,) by the names of the fields of
+        `Motion`, and period_returns, to the section in a period.
 
     Raises
     ------
@@ -122,7 +119,6 @@ def _judged(
     transient: float,
     noise_clock: str,
 ) -> dict[str, np.ndarray]:
-    """Name, period and exponent of each motion of a group: arrays (W,)."""
     observed, share = duration - transient, transient / duration
     chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
     half = chains.time + (1 - _END) * observed
@@ -144,10 +140,14 @@ def _judged(
             returns=len(times),
             noisy=case.parameters.noise > 0,
         )
-        row = {"state": state, **period_of(closed, slips)}
         first = int(np.argmax(exponents[lane]))
-        row |= {"largest_exponent": exponents[lane, first], "standard_error": errors[lane, first]}
-        row |= {name: lengths[name][lane] for name in ("disorder_parameter", "mean_length")}
+        row = {
+            "state": state,
+            **period_of(closed, slips),
+            "largest_exponent": exponents[lane, first],
+            "standard_error": errors[lane, first],
+            **{name: lengths[name][lane] for name in MOMENTS},
+        }
         if closed is not None and state == PERIODIC:
             # the motion after the transient may hold irregular motion that came before the orbit
             row |= moments_of_orbit(chains.state()[lane], closed.time, case.tolerance)
@@ -168,20 +168,14 @@ def _after(
         observe(before, transient, [lengths], report)
         mean = lengths.result(chain.rest_positions[-1])["mean_length"]
         positions = np.where(np.isfinite(mean), mean, positions)
-    size = min(_VECTORS, 2 * chain.n_blocks)
     section = Section(chain.n_blocks, positions)
-    return vectors.with_vectors(before, members, size, _SAMPLES, section, noise_clock)
-
-
-NO_PERIOD = {"period_time": np.nan, "period_events": 0, "period_returns": 0}
+    return vectors.with_vectors(before, members, _VECTORS, _SAMPLES, section, noise_clock)
 
 
 def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:
     """What is told of the period of returns, from the number of slips before each of them."""
-    if closed is None:
-        return NO_PERIOD
-    return {
-        "period_time": closed.time,
-        "period_events": int(slips[-1] - slips[-1 - closed.crossings]),
-        "period_returns": closed.crossings,
-    }
+    time, events, returns = np.nan, 0, 0
+    if closed is not None:
+        time, returns = closed.time, closed.crossings
+        events = int(slips[-1] - slips[-1 - returns])
+    return {"period_time": time, "period_events": events, "period_returns": returns}

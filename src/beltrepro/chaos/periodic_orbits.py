@@ -15,7 +15,7 @@ import numpy as np
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part
-from beltrepro.engine.integrator import Integrator, Sampling, Section
+from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
@@ -24,19 +24,13 @@ from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
 from beltrepro.simulation.run import Run
-from beltrepro.simulation.setup import (
-    Case,
-    Chains,
-    Setup,
-    check_lengths,
-    setup_of,
-    with_setup,
-)
+from beltrepro.simulation.setup import Case, Chains, Setup, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.simulation.trajectories import simulate
 from beltrepro.stats.recurrence import CLOSED, find_recurrence
 
-TIME_STEP = 0.001  # of no effect without noise
+MOMENTS = ("disorder_parameter", "mean_length")
+_TIME_STEP = 0.001  # of no effect without noise
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
 _OFF_MIDDLE = 0.125  # share of the time between two events by which a state may be off its middle
 _NEAR = 0.5  # share of the period by which it may change: every state comes back after no time
@@ -52,21 +46,17 @@ class PeriodicOrbit(Tabled):
     parameters : ChainParameters
         The chain.
     state : ChainState
-        A state of the orbit, at an instant at which as many blocks are stuck as ever are. The
-        section is the plane through it across the motion, in the space of the states with these
-        blocks stuck.
+        A state of the orbit, at an instant at which as many blocks are stuck as ever are.
     period_time : float
         Length of the period T, model time.
-    period_events : int
-        Slips of all blocks in it.
-    period_returns : int
-        Returns of the last block, coming down, to the mean length of the chain.
+    period_events, period_returns : int
+        In a period, slips of all blocks, and returns of the last one, coming down, to <x_N>.
     monodromy : array (D, D)
         Tangent map over one period, in the coordinates of the state: displacements of all blocks,
         then velocities of those that slip there.
     multipliers : array (2N,) of complex
-        Eigenvalues of the tangent map over one period, largest modulus first. One belongs to a
-        shift of time and is exactly 1. Those of directions that a stick erases are exactly 0.
+        Eigenvalues of the tangent map, largest modulus first: that of a shift of time is exactly 1,
+        those of directions that a stick erases exactly 0.
     residual : float
         Distance of the state after one period from the state, as a share of its largest coordinate.
     disorder_parameter, mean_length : float
@@ -122,7 +112,7 @@ class PeriodicOrbit(Tabled):
         Raises
         ------
         InputError
-            The interval is not allowed, or its samples need more memory than there is.
+            The interval is not allowed.
         """
         return follow(self.state, self.period_time, sample_interval=sample_interval)
 
@@ -144,17 +134,16 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """The periodic orbit in which a chain ends.
 
-    The chain is followed until its state comes back (`beltrepro.stats.recurrence`). Newton's
-    method, with the tangent map as derivative, then moves the state and the time until the orbit
-    closes.
+    The chain is followed until its state comes back. Newton's method, with the tangent map as
+    derivative, then moves the state and the time until the orbit closes.
 
     Parameters
     ----------
     chains : ChainParameters or Setup
         One run of one chain, without noise.
     duration, transient : float
-        Model time of the run, and of its first part, in which the chain may settle. A period can be
-        found that fits twice in the rest.
+        Model time of the run, and of its first part, in which the chain may settle. A period must
+        fit twice in the rest.
     progress : callable, optional
         Called with the fraction done.
     **setup
@@ -167,10 +156,9 @@ def periodic_orbit(
 
     Raises
     ------
-    InputError
-        A value is not allowed, the chain has noise, or its state does not come back.
-    ModelStateError
-        A state left the range of the model.
+    InputError, ModelStateError
+        A value is not allowed, the chain has noise, its state does not come back, or left the range
+        of the model.
     """
     made = setup_of(chains, setup)
     if len(made.cases) > 1:
@@ -186,10 +174,9 @@ def periodic_orbit(
     settled = simulate(made, duration=transient, progress=part(progress, 0, share), **how)
     settled = settled[0] if isinstance(settled, list) else settled
     # every motion comes down through its mean length again and again
-    length, log, report = settled.mean_length, ReturnLog(1), part(progress, share, 1)
-    chain = _advanced(
-        settled.final_state, observed, case.tolerance, log, length=length, report=report
-    )
+    log, begun = ReturnLog(1), [replace(case, state=settled.final_state)]
+    length, report = settled.mean_length, part(progress, share, 1)
+    (end,) = advanced(begun, observed, log, length=length, report=report)
     times, states, _ = log.returns(0)
     recurrence = find_recurrence(states, times)
     if recurrence is None:
@@ -197,7 +184,7 @@ def periodic_orbit(
             f"{case.parameters.describe()}: no state comes back in the last {observed:g} time "
             "units; the motion has not settled, or not on a periodic orbit"
         )
-    return close_orbit(chain.state()[0], recurrence.time, case.tolerance)
+    return close_orbit(end, recurrence.time, case.tolerance)
 
 
 def check_exact(cases: Sequence[Case]) -> None:
@@ -218,13 +205,14 @@ def close_orbit(
     start = _most_stuck(state, period_time, tolerance)
     start, period_time, monodromy, residual = _closed(start, period_time, tolerance)
     lengths = moments_of_orbit(start, period_time, tolerance)
-    slips = follow(start, period_time, tolerance).events["kind"] == "slip"
+    log = ReturnLog(1)
+    advanced([exact_case(start, tolerance)], period_time, log, length=lengths["mean_length"])
     return PeriodicOrbit(
         parameters=state.parameters,
         state=start,
         period_time=period_time,
-        period_events=int(slips.sum()),
-        period_returns=len(states_at(start, period_time, lengths["mean_length"], tolerance)),
+        period_events=len(log.slips(0)[0]),
+        period_returns=len(log.returns(0)[0]),
         monodromy=monodromy,
         multipliers=_multipliers(start, monodromy),
         residual=residual,
@@ -232,41 +220,37 @@ def close_orbit(
     )
 
 
-def _advanced(
-    start: ChainState,
+def exact_case(state: ChainState, tolerance: float | None = None) -> Case:
+    """A chain from a state on, with a tangent dynamics."""
+    return Case(state, METHOD, _TIME_STEP, tolerance)
+
+
+def advanced(
+    cases: Sequence[Case],
     duration: float,
-    tolerance: float | None,
     *observers: Any,
     sampling: Sampling = NO_SAMPLES,
     length: float | None = None,
     report: Report = lambda done: None,
-) -> Integrator:
-    """One chain by itself after some time; its returns are those to a length of it."""
-    section = None if length is None else Section(start.parameters.n_blocks, np.array([length]))
-    case = Case(start, METHOD, TIME_STEP, tolerance)
-    chain = integrator_of([case], sampling=sampling, section=section)
-    observe(chain, duration, observers, report)
-    return chain
+) -> list[ChainState]:
+    """States of chains after some time; their returns are those to a length of them."""
+    section = None
+    if length is not None:
+        section = Section(cases[0].parameters.n_blocks, np.full(len(cases), length))
+    chains = integrator_of(cases, sampling=sampling, section=section)
+    observe(chains, duration, observers, report)
+    return chains.state()
 
 
 def moments_of_orbit(
     start: ChainState, period_time: float, tolerance: float | None
 ) -> dict[str, float]:
     """r and <x_N> over the period."""
-    count = int(np.ceil(period_time / _SAMPLE_INTERVAL))
+    sampling = Sampling(1, period_time / int(np.ceil(period_time / _SAMPLE_INTERVAL)))
     moments = LengthMoments(1)
-    _advanced(start, period_time, tolerance, moments, sampling=Sampling(1, period_time / count))
+    advanced([exact_case(start, tolerance)], period_time, moments, sampling=sampling)
     lengths = moments.result(start.parameters.rest_positions[-1])
-    return {name: float(lengths[name][0]) for name in ("disorder_parameter", "mean_length")}
-
-
-def states_at(
-    start: ChainState, period_time: float, length: float, tolerance: float | None = None
-) -> np.ndarray:
-    """States (K, 2N) in which an orbit comes down through a length of the chain in a period."""
-    log = ReturnLog(1)
-    _advanced(start, period_time, tolerance, log, length=length)
-    return log.returns(0)[1]
+    return {name: float(lengths[name][0]) for name in MOMENTS}
 
 
 def follow(
@@ -302,7 +286,7 @@ def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) 
     longest = int(np.argmax(np.where(most, lasting, -1.0)))
     middle = float(events["time"][longest] - lasting[longest] / 2)
     if abs(middle) > _OFF_MIDDLE * lasting[longest]:
-        (state,) = _advanced(state, middle % period_time, tolerance).state()
+        (state,) = advanced([exact_case(state, tolerance)], middle % period_time)
     return replace(state, time=0.0, scheme=None)
 
 
@@ -358,9 +342,9 @@ def _once_around(
 ) -> tuple[ChainState, np.ndarray]:
     """The state after a period, and the tangent map (D, D) in the coordinates."""
     free = _free(start)
-    case = Case(start, METHOD, TIME_STEP, tolerance)
-    settings = {"time_step": TIME_STEP, "sampling": NO_SAMPLES, "sampled_blocks": 1}
-    chain = TangentIntegrator([start], n_vectors=len(free), **settings, **case.accuracy)
+    settings = {"time_step": _TIME_STEP, "sampling": NO_SAMPLES, "sampled_blocks": 1}
+    settings |= exact_case(start, tolerance).accuracy
+    chain = TangentIntegrator([start], n_vectors=len(free), **settings)
     chain.set_deviations(np.eye(2 * chain.n_blocks)[None, :, free])
     observe(chain, period_time, [], lambda done: None)
     return chain.state()[0], chain.deviations()[0][free]

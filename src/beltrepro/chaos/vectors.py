@@ -15,13 +15,14 @@ from beltrepro.simulation.groups import Report
 from beltrepro.simulation.setup import Case
 
 METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
+REST = "rest"  # the clock of the noise, see INTEGRATORS
 INTERVAL = 20.0  # model time between two orthonormalisations; e-folding takes 60 and more
 NO_SAMPLES = Sampling(1, 10 * INTERVAL)
 _BATCHES = 32  # of the growth of one run, whose scatter is its error
 _SLOPE = 1.2  # variance of a slope of a random walk by least squares over that by its ends
 
 
-def check_method(cases: Sequence[Case], noise_clock: str = "rest") -> None:
+def check_method(cases: Sequence[Case], noise_clock: str = REST) -> None:
     """That all cases are simulated by a method with a tangent dynamics, by a known clock."""
     for case in cases:
         if case.method != METHOD:
@@ -31,19 +32,15 @@ def check_method(cases: Sequence[Case], noise_clock: str = "rest") -> None:
 
 def part(progress: Report | None, low: float, high: float) -> Report:
     """Report of a part of the work, from its share `low` to its share `high`."""
-
-    def report(done: float) -> None:
-        if progress is not None:
-            progress(low * (1 - done) + high * done)
-
-    return report
+    if progress is None:
+        return lambda done: None
+    return lambda done: progress(low * (1 - done) + high * done)
 
 
-# --- what "the same noise" means for a second chain -----------------------------------------------
-
-# `event` begins the noise anew with the slip that ends a rest of the whole chain. If the second
-# chain ends its rest later, its noise is later too: `TangentIntegrator` carries that delay. By the
-# clock of the laboratory the noise stays where it is in time, and only its begin is later.
+# What "the same noise" means for a second chain: `event` begins the noise anew with the slip that
+# ends a rest of the whole chain. If the second chain ends its rest later, its noise is later too:
+# `TangentIntegrator` carries that delay. By the clock of the laboratory the noise stays where it is
+# in time, and only its begin is later.
 
 
 @inlined
@@ -68,11 +65,7 @@ class LaboratoryIntegrator(TangentIntegrator):
     _hooks = tangent.HOOKS._replace(series_made=_hold_noise)
 
 
-REST = "rest"
 INTEGRATORS = {REST: TangentIntegrator, "laboratory": LaboratoryIntegrator}
-
-
-# --- vectors --------------------------------------------------------------------------------------
 
 
 def with_vectors(
@@ -93,10 +86,9 @@ def with_vectors(
         section=section,
         **members[0].accuracy,
     )
-    vectors = chains.deviations()
-    random = np.random.default_rng(chains.n_blocks)
-    states = 2 * chains.n_blocks
-    vectors[:, :states], _ = np.linalg.qr(random.standard_normal((states, n_vectors)))
+    vectors, states = chains.deviations(), 2 * chains.n_blocks
+    random = np.random.default_rng(chains.n_blocks).standard_normal((states, n_vectors))
+    vectors[:, :states] = np.linalg.qr(random).Q
     chains.set_deviations(vectors)
     return chains
 
@@ -104,10 +96,7 @@ def with_vectors(
 def grow(
     chains: TangentIntegrator, length: float, observers: Sequence, report: Report
 ) -> np.ndarray:
-    """Advance by `length`; rates of growth (W, T, K) of the vectors in its T intervals.
-
-    After each the vectors are made orthonormal.
-    """
+    """Rates of growth (W, T, K) of vectors made orthonormal after each of the T intervals."""
     begin, count = chains.time, max(1, round(length / INTERVAL))
     growth: list[np.ndarray] = []
     for number in range(1, count + 1):
@@ -133,11 +122,8 @@ def slopes(growth: np.ndarray) -> np.ndarray:
 
 
 def standard_errors(growth: np.ndarray) -> np.ndarray:
-    """Standard errors (P, K) of `slopes`: NaN with fewer than two intervals, 0 for minus infinity.
-
-    From the scatter of batches: successive rates are correlated, means over a thirty-second of the
-    run hardly.
-    """
+    """Standard errors (P, K) of `slopes`: NaN of one interval, 0 where that is minus infinity."""
+    # from the scatter of batches: successive rates are correlated, means of batches hardly
     batches = min(_BATCHES, growth.shape[1])
     if batches < 2:
         return np.full((growth.shape[0], growth.shape[2]), np.nan)
@@ -146,13 +132,10 @@ def standard_errors(growth: np.ndarray) -> np.ndarray:
 
 
 def end_errors(growth: np.ndarray) -> np.ndarray:
-    """Standard errors (P, K) of `slopes` from the scatter about the lines alone.
-
-    Those of a motion that repeats itself, whose vectors grow and shrink in turn: runs of it that
-    begin at one phase agree in all of this error.
-    """
-    count = growth.shape[1]
-    finite = _finite(growth)
+    """Standard errors (P, K) of `slopes` from the scatter about the lines alone."""
+    # those of a motion that repeats itself, whose vectors grow and shrink in turn: runs of it that
+    # begin at one phase agree in all of this error
+    finite, count = _finite(growth), growth.shape[1]
     about = np.cumsum(finite - slopes(finite)[:, None], axis=1).std(axis=1)
     return about * np.sqrt(12 / count) / count
 

@@ -39,23 +39,26 @@ def symbols(events: np.ndarray) -> Word:
 
 def kinds(word: Word) -> dict[int, str]:
     """What happens to each block, in order."""
-    return {block: "".join(symbol.kind for symbol in own) for block, own in _by_block(word).items()}
+    return {
+        block: "".join(symbol.kind for symbol in part) for block, part in _by_block(word).items()
+    }
 
 
 def _by_block(word: Word) -> dict[int, Word]:
-    blocks: dict[int, Word] = {}
-    for symbol in word:
-        blocks.setdefault(symbol.block, []).append(symbol)
-    return blocks
+    return {
+        block: [symbol for symbol in word if symbol.block == block]
+        for block in dict.fromkeys(symbol.block for symbol in word)
+    }
 
 
 def slips_alike(one: Word, other: Word) -> bool:
-    """Whether each block slips as often in both periods, in the same directions and order.
-
-    The order of events of different blocks may change along a branch, and a stick may shrink to
-    nothing between two slips: the motion goes on smoothly.
-    """
-    first, second = (kinds([s for s in word if s.kind != "|"]) for word in (one, other))
+    """Whether each block slips as often in both periods, in the same directions and order."""
+    # The order of events of different blocks may change along a branch, and a stick may shrink to
+    # nothing between two slips: the motion goes on smoothly.
+    first, second = (
+        {block: events.replace("|", "") for block, events in kinds(word).items()}
+        for word in (one, other)
+    )
     return first.keys() == second.keys() and all(
         len(slips) == len(second[block]) and slips in 2 * second[block]
         for block, slips in first.items()
@@ -64,20 +67,18 @@ def slips_alike(one: Word, other: Word) -> bool:
 
 def sticks(word: Word) -> dict[int, int]:
     """How often each block sticks."""
-    return {block: what.count("|") for block, what in kinds(word).items()}
+    return {block: events.count("|") for block, events in kinds(word).items()}
 
 
 def repeats(word: Word, period_time: float, within: float) -> int:
     """Into how many equal parts a period falls, to within a share of it; 1 if it does not."""
     times = np.array([symbol.time for symbol in word])
-    names = np.array([str(symbol) for symbol in word])
-    for parts in range(len(word), 1, -1):
-        if len(word) % parts == 0:
-            by = len(word) // parts
-            apart = (np.roll(times, -by) - times) % period_time - period_time / parts
-            alike = np.array_equal(names, np.roll(names, -by))
-            if alike and np.abs(apart).max() <= within * period_time:
-                return parts
+    names = [str(symbol) for symbol in word]
+    for parts in (parts for parts in range(len(word), 1, -1) if len(word) % parts == 0):
+        by = len(word) // parts
+        apart = (np.roll(times, -by) - times) % period_time - period_time / parts
+        if names == names[by:] + names[:by] and np.abs(apart).max() <= within * period_time:
+            return parts
     return 1
 
 
