@@ -92,19 +92,17 @@ def test_shares_do_not_depend_on_the_order_of_the_starts():
         assert one.period_time == pytest.approx(other.period_time, rel=1e-12)
 
 
-@pytest.mark.parametrize("several", [True, False])
-def test_the_picture_draws_the_numbers_of_the_attractors(two, several, tmp_path):
-    one = two if several else basins(ChainParameters(1, 5.0), duration=3000.0)
-    disorder, shares = one.plot(tmp_path / "basins.png").axes
+def test_the_picture_draws_the_numbers_of_the_attractors(two, tmp_path):
+    disorder, shares = two.plot(tmp_path / "basins.png").axes
     assert (tmp_path / "basins.png").stat().st_size > 5000
-    for branch, line in zip(one.branches.values(), disorder.lines, strict=True):
+    for branch, line in zip(two.branches.values(), disorder.lines, strict=True):
         points = [[orbit.parameters.belt_velocity, orbit.disorder_parameter]
                   for orbit in branch.orbits]  # fmt: skip
         assert line.get_xydata().tolist() == points
     points = [point for marks in disorder.collections for point in marks.get_offsets().tolist()]
-    assert sorted(points) == sorted([a.value, a.disorder_parameter] for a in one.attractors)
-    below = dict.fromkeys(one.values, 0.0)
-    for attractor, bar in zip(one.attractors, shares.patches, strict=True):
+    assert sorted(points) == sorted([a.value, a.disorder_parameter] for a in two.attractors)
+    below = dict.fromkeys(two.values, 0.0)
+    for attractor, bar in zip(two.attractors, shares.patches, strict=True):
         place = bar.get_x() + bar.get_width() / 2, bar.get_y(), bar.get_height()
         share = attractor.reached_by / attractor.starts
         assert place == pytest.approx((attractor.value, below[attractor.value], share))

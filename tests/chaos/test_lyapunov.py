@@ -27,7 +27,6 @@ from beltrepro.chaos.vectors import (
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
 from beltrepro.simulation.groups import integrator_of
 
-ELSEWHERE = {"replicate": 5, "initial_spread": 1.0}
 EIGHT = {"replicate": range(8), "initial_spread": 1.0}
 
 
@@ -132,18 +131,6 @@ def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     assert np.all(np.isfinite(spectrum["exponents"]))
     assert spectrum["growth"].mean(axis=1).sum() == pytest.approx(0.0, abs=1e-7)
     assert np.abs(spectrum["exponents"]).max() < 5e-3
-
-
-def test_one_run_without_transient():
-    chain, settings = ChainParameters(3, 10.0), {"duration": 3000, "n_exponents": 2, **ELSEWHERE}
-    spectrum = lyapunov_spectrum(chain, **settings)
-    assert spectrum.growth.shape == (1, 150, 2)
-    assert spectrum.interval == 20.0
-    np.testing.assert_array_equal(spectrum.exponents, spectrum.runs[0])
-    assert np.all(spectrum.standard_error > 0)
-    row = lyapunov_spectrum([chain], **settings)
-    for name in ("exponents", "standard_error"):
-        np.testing.assert_array_equal(row[name][0], getattr(spectrum, name))
 
 
 def test_noise_shifts_with_the_chain_only_through_a_rest():
