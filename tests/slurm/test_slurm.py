@@ -21,15 +21,8 @@ QUICK = (
 
 def snakemake(place, run, environment, *options):
     """Run the smoke preset on a copy of the project, with the package of the copy."""
-    command = [
-        sys.executable,
-        "-m",
-        "snakemake",
-        *options,
-        "--config",
-        "preset=smoke",
-        f"run={run}",
-    ]
+    settings = ("--config", "preset=smoke", f"run={run}")
+    command = [sys.executable, "-m", "snakemake", *options, *settings]
     environment = environment | {"PYTHONPATH": str(place / "src")}
     done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]

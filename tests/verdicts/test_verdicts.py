@@ -123,11 +123,6 @@ def test_the_reason_says_what_was_allowed():
         assert judged([[1, 2]], estimate).reason == reason
 
 
-def test_nothing_to_test_against():
-    made = judge(Criterion(untestable="no recordings"), Measurement({"c": sure(1)}))
-    assert (made.verdict, made.reason, made.components) == (NOT_TESTABLE, "no recordings", {})
-
-
 # --- words ----------------------------------------------------------------------------------------
 
 
