@@ -1,5 +1,6 @@
 """Irregular and periodic motion: where runs end, how long they are irregular, and exponents."""
 
+from contextlib import suppress
 from itertools import takewhile
 
 import numpy as np
@@ -97,15 +98,12 @@ def _lasting(runs, horizon) -> dict:
 
 def _lifetime(lifetime, settled, span) -> dict:
     """Mean lifetime and test; empty where too few runs carry them."""
-    row: dict = {"counted": 0, "ended": 0}
-    try:
-        mean = survival.mean_lifetime(lifetime, settled, **span)
-        row |= {"counted": mean.runs, "ended": mean.ended, "lifetime": mean.mean}
-        row |= {"lifetime_lower": mean.lower, "lifetime_upper": mean.upper}
-        test = survival.weibull_test(lifetime, settled, **span)
-        row |= {"shape": test.shape, "shape_p": test.p}
-    except NotEnoughDataError:
-        pass
+    time, ended = survival.observed(lifetime, settled, **span)
+    row: dict = {"counted": time.size, "ended": int(ended.sum())}
+    with suppress(NotEnoughDataError):
+        mean = survival.mean_lifetime(time, ended)
+        row |= mean.named("lifetime", "lifetime_lower", "lifetime_upper")
+        row["shape_p"], row["shape"] = survival.weibull_test(time, ended)
     return row
 
 
