@@ -34,7 +34,7 @@ from beltrepro.simulation.setup import (
 )
 from beltrepro.simulation.tables import Tabled
 from beltrepro.simulation.trajectories import simulate
-from beltrepro.stats.recurrence import CLOSED, find_recurrence
+from beltrepro.stats.motion import CLOSED, find_recurrence
 
 TIME_STEP = 0.001  # of no effect without noise
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
@@ -144,7 +144,7 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """The periodic orbit in which a chain ends.
 
-    The chain is followed until its state comes back (`beltrepro.stats.recurrence`). Newton's
+    The chain is followed until its state comes back (`beltrepro.stats.motion`). Newton's
     method, with the tangent map as derivative, then moves the state and the time until the orbit
     closes.
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
-from beltrepro.stats import intermittency, sections, spectra
+from beltrepro.stats import sections, spectra, states
 
 # What the axes of the paper show, in its symbols (model units).
 BELT_VELOCITY, NOISE, TIME = "$u$", r"$\sigma$", "$t$"
@@ -397,7 +397,7 @@ def laminar_phases(series, laminar_time):
     # without an event the last block rides on the belt for good, or slips for good
     if not np.any(events["block"] == n_blocks) and np.any(relative_velocity != 0):
         return np.array([[span["start"], span["stop"]]])
-    return intermittency.last_block_phases(events, n_blocks, laminar_time, **span)
+    return states.last_block_phases(events, n_blocks, laminar_time, **span)
 
 
 def half_laminar(series, laminar_time, length):

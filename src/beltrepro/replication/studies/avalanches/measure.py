@@ -236,14 +236,14 @@ def scale_free_fit(sample: Sample, *, search: bool = False) -> Measurement:
     values, chain = (column[above] for column in sample)
     shares = np.linspace(0, 0.9, STARTS_TRIED) if search else [0.0]
     worth = power_law.independent_values(np.log(values), chain)
-    fit = power_law.goodness_of_fit(values, np.quantile(values, shares), independent=worth)
-    low, high = fit.law.low, fit.law.high
+    fit = power_law.goodness_of_fit(values, np.quantile(values, shares), worth)
+    low, high = fit.low, fit.high
     logs = np.where(values >= low, np.log(values), np.nan)
     sums = [(np.isfinite(part).sum(), np.nansum(part)) for part in Sample(logs, chain).by_chain()]
 
     def exponent(drawn):
         count, total = drawn.sum(axis=0)
-        return power_law.fit_law(total / count, low, high).exponent
+        return power_law.fit_exponent(total / count, low, high)
 
     return Measurement(
         {"p of the power law": Estimate(fit.p, fit.p, fit.p, len(sums))},

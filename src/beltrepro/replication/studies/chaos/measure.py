@@ -10,7 +10,7 @@ import scipy
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
-from beltrepro.stats import dimension, estimates, sections, survival
+from beltrepro.stats import estimates, sections, survival
 from beltrepro.stats.estimates import Estimate, share_of
 from beltrepro.stats.motion import CHAOTIC, ERRORS, MOTIONS, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
@@ -123,14 +123,14 @@ def section_dimension(points: np.ndarray, n_groups: int) -> Estimate:
     runs, place = np.unique(points["point"], return_inverse=True)
     n_groups = min(n_groups, runs.size, points.size // POINTS_OF_GROUP)
     require(n_groups >= FEWEST_GROUPS, f"{points.size} section points are too few")
-    whole = dimension.correlation_dimension(coordinates)
+    whole, error = sections.correlation_dimension(coordinates)
     parts = [
-        dimension.correlation_dimension(coordinates[place % n_groups == group]).dimension
+        sections.correlation_dimension(coordinates[place % n_groups == group])[0]
         for group in range(n_groups)
     ]
     scatter = estimates.mean(parts)
-    reach = np.hypot(scatter.high - scatter.value, scipy.stats.norm.ppf(0.975) * whole.error)
-    return Estimate(whole.dimension, whole.dimension - reach, whole.dimension + reach, runs.size)
+    reach = np.hypot(scatter.high - scatter.value, scipy.stats.norm.ppf(0.975) * error)
+    return estimates.about(whole, reach, reach, runs.size)
 
 
 # --- what the page says ---------------------------------------------------------------------------

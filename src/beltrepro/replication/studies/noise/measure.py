@@ -12,8 +12,8 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
-from beltrepro.stats.intermittency import intermittent_mask
-from beltrepro.stats.lines import LEAST_PEAKS, SEGMENT_S, lines, spacing
+from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
+from beltrepro.stats.states import intermittent_mask
 
 
 def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:

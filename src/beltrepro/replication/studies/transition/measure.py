@@ -17,7 +17,7 @@ from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.replication.verdicts.motions import N_BLOCKS, between
 from beltrepro.stats import estimates, survival
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.recurrence import find_recurrence
+from beltrepro.stats.motion import find_recurrence
 from beltrepro.stats.transition import QUANTITIES
 
 TABLES = {
