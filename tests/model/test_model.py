@@ -61,7 +61,8 @@ def test_friction_rule(direction, relative_velocity, force, expected, sign):
 
 
 def test_without_force_and_threshold_a_block_slips_with_the_belt():
-    ways = next_direction(np.zeros(4), np.zeros(4), [0.0, -0.0, 1e-300, -1e-300], -1.0)
+    forces = np.array([0.0, -0.0, 1e-300, -1e-300])
+    ways = next_direction(np.zeros(4), np.zeros(4), forces, -1.0)
     assert ways.tolist() == [1, 1, 1, -1]
 
 

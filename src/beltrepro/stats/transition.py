@@ -85,8 +85,7 @@ class Row:
         return np.add.reduceat(values, self.first) / self.count
 
 
-Sides = tuple[np.ndarray, np.ndarray]
-"""Masks of the runs on the high side of a fall, and on the low one."""
+Sides = tuple[np.ndarray, np.ndarray]  # masks of the runs on the high side of a fall, and the low
 
 
 class Draws(NamedTuple):

@@ -120,7 +120,7 @@ def spectral_law(
 
     exponent = estimates.bootstrap(lambda drawn: fit(drawn).exponent, [power])
     level = estimates.bootstrap(lambda drawn: np.log(fit(drawn).prefactor), [power])
-    prefactor = estimates.exponential(level)
+    prefactor = estimates.mapped(np.exp, level)
     if amplitude:
         exponent, prefactor = exponent.scaled(0.5), estimates.mapped(as_amplitude, prefactor)
     return Measurement(

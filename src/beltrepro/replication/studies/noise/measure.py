@@ -114,7 +114,7 @@ def typical_disorder(table: Cut, noise: float, time_step: float) -> Estimate:
     """Geometric mean of r over the runs, which has no interval below zero."""
     here = np.isclose(table.noise, noise) & np.isclose(table.points["time_step"], time_step)
     require(here.any(), f"no runs with sigma = {noise:g}, dt = {time_step:g}")
-    return estimates.exponential(estimates.mean(np.log(table.disorder[here])))
+    return estimates.mapped(np.exp, estimates.mean(np.log(table.disorder[here])))
 
 
 # --- laminar and chaotic phases: in which runs, with which spectra, and where in the map ----------
