@@ -1,5 +1,7 @@
 """Survival of irregular motion: known answers, and how often the statistics are wrong."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -109,8 +111,9 @@ def test_a_mean_of_ended_runs_by_hand():
 def test_ends_that_do_not_fall_off_have_no_mean():
     even = survival.mean_of_ended(np.linspace(1, 99, 50), np.full(50, True), horizon=100.0)
     assert even.value == even.high == np.inf and 30 < even.low < 300
-    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
-        survival.mean_of_ended(np.arange(1, 4.0), np.arange(3) < 2, horizon=4.0)
+    for few in (partial(survival.mean_of_ended, horizon=4.0), survival.weibull_test):
+        with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
+            few(np.arange(1, 4.0), np.arange(3) < 2)
 
 
 # --- exponential or not ---------------------------------------------------------------------------
@@ -132,37 +135,13 @@ def test_the_weibull_test_by_hand():
     assert p == pytest.approx(expected, rel=1e-3)
 
 
-def rejections(draw, duration, trials, *, runs, start=0.0, seed=5):
-    rng = RNG(seed)
-    runs_of = (followed(draw(rng, runs), duration) for _ in range(trials))
-    tests = [survival.weibull_test(*survival.observed(*of, start=start)) for of in runs_of]
-    return sum(p < survival.LEVEL for p, _ in tests), [shape for _, shape in tests]
-
-
 @pytest.mark.slow
 def test_exponential_lifetimes_are_rejected_in_5_of_100():
-    count, shapes = rejections(lambda rng, runs: rng.exponential(1, runs), 1.5, 400, runs=50)
-    assert within(count, 400, 0.05)
+    rng = RNG(5)
+    lifetimes = (followed(rng.exponential(1, 50), 1.5) for _ in range(400))
+    p, shapes = np.transpose([survival.weibull_test(*runs) for runs in lifetimes])
+    assert within(np.sum(p < survival.LEVEL), 400, 0.05)
     assert np.mean(shapes) == pytest.approx(1, abs=0.1)
-
-
-@pytest.mark.thorough
-def test_a_mixture_is_rejected_until_the_count_begins_after_it():
-    """A third of the runs settles at once, the others at a constant rate."""
-
-    def mixture(rng, runs):
-        soon = rng.random(runs) < 1 / 3
-        return np.where(soon, rng.exponential(0.003, runs), rng.exponential(1, runs))
-
-    from_zero, shapes = rejections(mixture, 2.0, 15, runs=60)
-    assert from_zero == 15 and max(shapes) < 1
-    later, _ = rejections(mixture, 2.0, 15, runs=60, start=0.05)
-    assert later <= 4  # of 15 with a chance of 5 %: more in 1 of 1600 cases
-
-
-def test_the_test_needs_three_ends():
-    with pytest.raises(NotEnoughDataError, match="2 runs ended, 3 are needed"):
-        survival.weibull_test(np.array([0.0, 1, 2, 5, 5]), np.arange(5) < 3)
 
 
 # --- verdict --------------------------------------------------------------------------------------
