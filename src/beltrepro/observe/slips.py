@@ -204,7 +204,11 @@ def _collect(events, start, moving, belt_velocity, law, varied, blocks, slips, a
             slip.dissipated = dissipated
             n_slips += 1
         # a block that reverses sticks and slips at one instant: the avalanche goes on
-        goes_on = _slips_at_once(events, index)
+        goes_on = (
+            index + 1 < len(events)
+            and events[index + 1, EVENT_TIME] == time
+            and events[index + 1, EVENT_SLIP] > 0.0
+        )
         if moving == 0 and not goes_on and began >= start:
             energy_after, length_after = _at_rest(time, belt_velocity, law, varied, blocks)
             avalanche = avalanches[n_avalanches]
@@ -217,15 +221,6 @@ def _collect(events, start, moving, belt_velocity, law, varied, blocks, slips, a
             avalanche.last_block_displacement = length_after - length
             n_avalanches += 1
     return n_slips, n_avalanches
-
-
-@inlined
-def _slips_at_once(events, index):
-    """Whether the event that follows is the start of a slip at the same time."""
-    if index + 1 == len(events):
-        return False
-    same_time = events[index + 1, EVENT_TIME] == events[index, EVENT_TIME]
-    return same_time and events[index + 1, EVENT_SLIP] > 0.0
 
 
 @inlined

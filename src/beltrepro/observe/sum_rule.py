@@ -93,8 +93,6 @@ def _places(state: ChainState) -> np.ndarray:
 def _weights(state: ChainState) -> np.ndarray:
     """Kinetic friction of each block over that of all on average."""
     chain = state.parameters
-    if not chain.varied:
-        return np.ones(chain.n_blocks)
     return kinetic_friction(chain) / max(mean_kinetic_friction(chain), np.finfo(float).tiny)
 
 
