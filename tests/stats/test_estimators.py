@@ -107,7 +107,7 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
     }
     mask = states.intermittent_mask(points)
     assert mask.tolist() == [True, False, True, False, False, False]
-    wide = states.intermittent_mask(points, low=0.01, high=0.99)
+    wide = states.intermittent_mask(points, (0.01, 0.99))
     assert wide.tolist() == [True] * 4 + [False] * 2
 
 

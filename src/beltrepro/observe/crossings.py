@@ -17,7 +17,6 @@ class SectionValues:
         self.values = np.full((len(belt_velocity), n_values), np.nan, dtype=np.float32)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings of a chunk."""
         crossed = chunk.crossings, chunk.crossing_count
         _add_crossings(*crossed, self._belt_velocity, self._start, self.count, self.values)
 
@@ -43,7 +42,6 @@ class ReturnLog:
         self.last_event = np.full(width, -np.inf)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings and the slips of a chunk."""
         for lane in range(len(self.last_event)):
             self._states[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
             events = chunk.events[lane, : chunk.event_count[lane]]

@@ -40,7 +40,6 @@ class SlipActivity:
         self._laminar = np.zeros((3, width))  # count, sum and maximum of the lengths
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk."""
         self._end = chunk.end
         counts = self.slip_count, self.stick_count
         last = self.slipping_since, self.last_stick_time, self._laminar
@@ -107,7 +106,6 @@ class MostStuck:
         self.most = self._now.copy()
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk."""
         for lane, count in enumerate(chunk.event_count):
             events = chunk.events[lane, :count]
             changes = np.where(events[:, EVENT_SLIP] > 0, -1, 1)
@@ -126,7 +124,6 @@ class EventLog:
         self._parts: list[list[np.ndarray]] = [[] for _ in range(width)]
 
     def observe(self, chunk: Chunk) -> None:
-        """Copy the events of a chunk."""
         for lane, parts in enumerate(self._parts):
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
 

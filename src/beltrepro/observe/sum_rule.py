@@ -72,7 +72,6 @@ class ForwardSlip:
         self._weights = np.array([_weights(state) for state in states])
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk."""
         self.follow(chunk.events, chunk.event_count)
 
     def follow(self, events: np.ndarray, count: np.ndarray) -> None:

@@ -66,7 +66,6 @@ class Estimate:
         return dict(zip(names, self.numbers, strict=True))
 
     def scaled(self, factor: float) -> Estimate:
-        """The number times a factor."""
         low, high = sorted((factor * self.low, factor * self.high))
         return replace(self, value=factor * self.value, low=low, high=high)
 
@@ -77,7 +76,6 @@ def sure(value: float | bool) -> Estimate:
 
 
 def all_sure(values: dict[str, float | bool]) -> dict[str, Estimate]:
-    """Several such by name."""
     return {name: sure(value) for name, value in values.items()}
 
 

@@ -130,10 +130,8 @@ def zero_one_test(values: npt.ArrayLike) -> float:
     walk = np.cumsum(values * phase, axis=1)
     lags = np.arange(1, values.size // 10 + 1)
     span = values.size - lags[-1]
-    displacement = np.stack(
-        [np.mean(np.abs(walk[:, lag : lag + span] - walk[:, :span]) ** 2, axis=1) for lag in lags],
-        axis=1,
-    )
+    ways = (walk[:, lag : lag + span] - walk[:, :span] for lag in lags)
+    displacement = np.stack([np.mean(np.abs(way) ** 2, axis=1) for way in ways], axis=1)
     # The bounded oscillating term of the displacement is proportional to the mean: removed above.
     correlations = [np.corrcoef(lags, one)[0, 1] for one in displacement]
     return float(np.median(correlations))
@@ -142,10 +140,8 @@ def zero_one_test(values: npt.ArrayLike) -> float:
 def _crossings(values: npt.ArrayLike) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
-    require(
-        values.size >= MINIMUM_CROSSINGS,
-        f"{values.size} crossings of the section, {MINIMUM_CROSSINGS} are needed",
-    )
+    count, least = values.size, MINIMUM_CROSSINGS
+    require(count >= least, f"{count} crossings of the section, {least} are needed")
     return values
 
 

@@ -28,20 +28,16 @@ _STUCK = 1e-9  # a smaller relative velocity is 0 but for rounding
 
 
 def intermittent_mask(
-    points: Mapping[str, np.ndarray],
-    *,
-    low: float = LAMINAR_SHARE[0],
-    high: float = LAMINAR_SHARE[1],
+    points: Mapping[str, np.ndarray], limits: tuple[float, float] = LAMINAR_SHARE
 ) -> np.ndarray:
     """Which points of a scan are intermittent, by a criterion of ours: the paper gives none.
 
     A laminar phase is an interval longer than `laminar_time` in which the last block does not
-    stick. A point is intermittent when laminar phases take between `low` and `high` of the time
-    after the transient and there are at least MINIMUM_PHASES of them.
+    stick. A point is intermittent when laminar phases take a share of the time after the transient
+    within the limits and there are at least MINIMUM_PHASES of them.
     """
-    share = np.asarray(points["laminar_fraction"], dtype=float)
-    count = np.asarray(points["laminar_count"])
-    return (share >= low) & (share <= high) & (count >= MINIMUM_PHASES)
+    (low, high), share = limits, points["laminar_fraction"]
+    return (share >= low) & (share <= high) & (points["laminar_count"] >= MINIMUM_PHASES)
 
 
 def last_block_phases(

@@ -284,7 +284,7 @@ def growth(samples: dict[int, Sample]) -> Growth:
     require(all(np.isfinite(log.high) for log in logs), "one chain tells no interval of a cutoff")
     sizes = np.array(list(samples))
     power = estimates.slope(np.log(sizes), logs)
-    return Growth(sizes, list(map(estimates.exponential, logs)), power)
+    return Growth(sizes, [estimates.mapped(np.exp, log) for log in logs], power)
 
 
 def collapse(samples: dict[int, Sample]) -> Measurement:

@@ -180,7 +180,7 @@ def _share_with_lines(stretches):
 def region(evidence, low, high):
     """Where the map is intermittent, for laminar phases of some share of the time."""
     table, quiet = evidence.table("n5_map"), evidence.replicates(5, 0.0)
-    mask = intermittent_mask(table.points, low=low, high=high)
+    mask = intermittent_mask(table.points, (low, high))
     first, second, third, _ = (_width(table, mask, *group) for group in GROUPS)
     weak, strong = _width(table, mask, 0.0, 4.0), _width(table, mask, 4.0, 8.0)
     below, across = difference(second, first), difference(third, second)
