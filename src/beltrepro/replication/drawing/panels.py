@@ -266,8 +266,8 @@ def finish_curves(axes, *, xlabel, ncols=4):
     legend_above(axes, ncols=ncols)
 
 
-def band_diagram(axes, row, *, colour=style.BLUE, size, label=""):
-    """v_N at the section against u: a dot for each crossing."""
+def band_diagram(axes, row, *, colour=style.BLUE, size, label="", aside=0.0):
+    """v_N at the section against u, which is moved `aside`: a dot for each crossing."""
     velocities = np.asarray(row["section_velocity"], dtype=float)
     crossed = np.isfinite(velocities)
     if not crossed.any():
@@ -277,7 +277,7 @@ def band_diagram(axes, row, *, colour=style.BLUE, size, label=""):
     crowd = (abscissa.size / 10000) ** 0.3
     look = {"markersize": size * np.clip(1 / crowd, 0.5, 2.0), "markeredgewidth": 0}
     look |= {"alpha": np.clip(0.7 / crowd, 0.4, 0.9), "rasterized": abscissa.size > _RASTER_FROM}
-    axes.plot(abscissa, velocities[crossed], ".", color=colour, label=label, **look)
+    axes.plot(abscissa + aside, velocities[crossed], ".", color=colour, label=label, **look)
 
 
 def finish_diagram(axes):
