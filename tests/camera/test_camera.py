@@ -95,17 +95,17 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
         return simulate(ChainParameters(2, 15.0), duration=10.0, method="event", **how)
 
     sampled = run(sample_interval=1 / RATE / TIME_S)
-    assert film(sampled, path, camera=camera) == len(sampled.time)
+    assert film(Movement.of(sampled), path, camera=camera) == len(sampled.time)
     path.unlink()
-    for motion, name, settings, words in (
-        (run(), "film.mp4", {}, r"sample_interval = 0.5448\d+"),
-        (run(sample_interval=None), "film.mp4", {}, "no samples"),
-        (None, "film.mp4", {}, "motion = None: a Run or a Movement is needed"),
+    with pytest.raises(InputError, match="no samples"):
+        Movement.of(run(sample_interval=None))
+    for movement, name, settings, words in (
+        (Movement.of(run()), "film.mp4", {}, r"sample_interval = 0.5448\d+"),
         (swaying(0.1), "film.mp4", {"metres_per_pixel": 0.0005}, "larger metres_per_pixel"),
         (swaying(0.1), "film.avi", {}, r"must end in \.mp4"),
     ):
         with pytest.raises(InputError, match=words):
-            film(motion, tmp_path / name, camera=Camera(**settings))
+            film(movement, tmp_path / name, camera=Camera(**settings))
     assert not list(tmp_path.iterdir())
 
 

@@ -18,8 +18,8 @@ from beltrepro.replication.studies.experiment.measure import (
     recordings,
     tracking_error,
 )
-from beltrepro.stats.intermittency import slips_of_all
-from beltrepro.stats.lines import lines, spacing
+from beltrepro.stats.spectra import lines, spacing
+from beltrepro.stats.states import slips_of_all
 
 RATE = recorded.RATE
 FULL = recorded.recordings()

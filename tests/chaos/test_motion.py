@@ -13,9 +13,9 @@ from beltrepro.stats.motion import (
     PERIODIC,
     QUASI_PERIODIC,
     TRANSIENT,
+    find_recurrence,
     name_motion,
 )
-from beltrepro.stats.recurrence import find_recurrence
 
 # --- maps and flows with known answers ---
 

@@ -16,7 +16,7 @@ import naive
 from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.transition import figures as transition
-from beltrepro.stats import intermittency, spectra
+from beltrepro.stats import spectra, states
 from figure_data import SCANS, SCATTER, U, dataset
 
 
@@ -315,7 +315,7 @@ def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point_and_the_sha
     between = [point for point in inside if point not in ends]
     dots = [np.repeat(points, 3, axis=0).T for points in (sorted(ends), between)]
     above.draws("$u$", r"$\sigma$", *dots)
-    low, high = intermittency.LAMINAR_SHARE
+    low, high = states.LAMINAR_SHARE
     u = SCANS["n5_replicates"][1]
     shares = [(u, made.laminar(u, s), rf"$\sigma = {s:g}$") for s in (0.0, 1.0, 2.2, 5.0)]
     all_runs = [np.repeat((u, made.laminar(u, s)), 3, axis=1) for s in (0.0, 1.0, 2.2, 5.0)]

@@ -12,7 +12,7 @@ from beltrepro import ChainParameters
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import potential_energy
-from beltrepro.observe.crossings import CrossingLog, ReturnLog, SectionValues
+from beltrepro.observe.crossings import ReturnLog, SectionValues
 from beltrepro.observe.length import LengthHistory, LengthMoments
 from beltrepro.observe.slips import EventLog, MostStuck, SlipActivity, slips_and_avalanches
 from beltrepro.observe.sum_rule import ForwardSlip
@@ -218,11 +218,8 @@ def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
         log, returns = EventLog(2, CHAIN.rest_positions), ReturnLog(2)
         forward, activity = ForwardSlip(states), SlipActivity(2, 3, 60.0, 1.0)
         sections = [SectionValues(np.array([10.0, 20.0]), room, 60.0) for room in (4, 30)]
-        crossing_log = CrossingLog(start=60.0)
-        assert crossing_log.rows(3).shape == (0, 8)
         for chunk in cut_run(events, crossings, ends):
-            observers = log, returns, forward, activity, crossing_log, *sections
-            for observer in observers:
+            for observer in (log, returns, forward, activity, *sections):
                 observer.observe(chunk)
         np.testing.assert_array_equal(returns.slips(1), [time[slips], block[slips]])
         assert returns.slips(0)[0].tolist() == time[slips & (time < HALF)].tolist()
@@ -234,8 +231,6 @@ def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
             np.testing.assert_array_equal(counted[1], np.bincount(block[kind & late], minlength=3))
         assert activity.last_stick_time[1] == turns[1::2][-1]
         np.testing.assert_array_equal(activity.slipping_since[1], going_on)
-        np.testing.assert_array_equal(crossing_log.rows(3)[:, 0], 1.0)
-        np.testing.assert_array_equal(crossing_log.rows(3)[:, 1:], crossed)
         for section, room in zip(sections, (4, 30), strict=True):
             assert section.count.tolist() == [0, len(crossed)] and len(crossed) > 4
             np.testing.assert_array_equal(section.values[1], velocities[:room].astype("f4"))

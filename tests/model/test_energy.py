@@ -50,16 +50,6 @@ def test_below_half_the_square_of_the_belt_velocity_no_block_ever_sticks(n_block
         assert np.allclose(energies(run), share * 200, rtol=1e-12)
 
 
-def test_above_it_a_block_can_stick():
-    chain = ChainParameters(3, 20.0)
-    speeds = np.array([-np.sqrt(0.2) * 20, 0, 20 - 1e-9])
-    # the springs pull it on a little, so that it comes to the velocity of the belt
-    start = ChainState.in_motion(chain, balance(chain) - np.array([0, 0, 1e-3]), speeds)
-    assert sliding_energy(chain, start.positions, speeds) == pytest.approx(1.2 * 200, rel=1e-6)
-    run = simulate(chain, duration=1, initial_state=start)
-    assert run.events["kind"][0] == "stick" and run.events["block"][0] == 3
-
-
 @pytest.mark.parametrize("distance", [30.0, 50.0, 75.0])
 def test_a_stick_of_a_block_on_a_linear_spring_changes_the_energy_by_the_closed_form(distance):
     chain = ChainParameters(1, 10.0, linear_limit=1000)

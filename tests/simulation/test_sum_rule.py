@@ -26,7 +26,7 @@ def test_the_wall_pulls_with_the_friction_of_all_blocks(method, noise):
 
 def test_the_mean_pull_is_that_of_the_first_spring():
     run = simulate(ChainParameters(3, 10.0), duration=300, sample_interval=0.01)
-    pull = -spring_force(chain_deformations(run.positions, run.parameters)[:, 0])
+    pull = -spring_force(chain_deformations(run.positions, run.parameters)[:, 0], run.parameters)
     assert run.mean_wall_tension == pytest.approx((pull[1:] + pull[:-1]).mean() / 2, rel=1e-5)
     # by the sum rule, up to H / (u t)
     assert run.mean_wall_tension == pytest.approx(3 * KINETIC, rel=0.03)

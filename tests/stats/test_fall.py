@@ -82,8 +82,8 @@ STUDIES = {
 
 
 def coverage(names):
-    """Shares of studies whose intervals of u_c, width and of differences cover; error of u_c."""
-    places, truths, inside, errors = [], [], [], []
+    """Shares of studies whose intervals of u_c, width and of differences cover."""
+    places, truths, inside = [], [], []
     for seed, name in enumerate(names):
         u, r, critical = made(RNG(seed), **STUDIES[name])
         numbers = transition._fit(transition.Row.of(u, r))[0].numbers(8)
@@ -91,35 +91,15 @@ def coverage(names):
         inside.append([covers(numbers["critical"], critical), covers(numbers["width"], width)])
         places.append(numbers["critical"])
         truths.append(critical)
-        errors.append(numbers["critical"].value - critical)
     shifted = [
         covers(estimates.difference(one, other), first - second)
         for (one, first), (other, second) in itertools.pairwise(zip(places, truths, strict=True))
     ]
-    return (*np.mean(inside, axis=0), np.mean(shifted), np.mean(errors))
+    return (*np.mean(inside, axis=0), np.mean(shifted))
 
 
 def covers(estimate, truth):
     return estimate.low <= truth <= estimate.high
-
-
-# Coverage in per cent of u_c, width and shift, of 500 studies. With all dispersions alike likely
-# and runs that count as 2.5 tosses at most it is 92, 93 and 94 of the clustered ones and 98 of the
-# widths of the noisy, wide ones, but 100 of most others: intervals were too long.
-MEASURED = {
-    "sharp": (100, 100, 100),
-    "two branches, narrow": (99, 100, 100),
-    "two branches, wide": (98, 98, 98),
-    "uneven numbers of runs": (98, 98, 98),
-    "two runs": (98, 97, 99),
-    "forty runs": (98, 95, 99),
-    "noisy": (100, 99, 100),
-    "noisy, wide": (98, 83, 99),
-    "as at sigma = 5": (99, 99, 99),
-    "as of ten blocks": (100, 98, 99),
-    "clustered": (90, 90, 92),
-    "strays": (87, 95, 89),
-}
 
 
 # --- by hand --------------------------------------------------------------------------------------
@@ -240,19 +220,11 @@ def test_one_run_left_at_a_place_does_not_make_it_a_row_of_single_runs():
 
 @pytest.mark.parametrize("name", ["two branches, wide", "clustered"])
 def test_intervals_of_few_studies_cover(name):
-    assert min(coverage([name] * 20)[:3]) >= 0.7
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", STUDIES)
-def test_intervals_cover_as_measured(name):
-    *shares, error = coverage([name] * 500)
-    assert np.all(np.array(shares) >= np.array(MEASURED[name]) / 100 - 0.02), shares
-    assert abs(error) < 0.4
+    assert min(coverage([name] * 20)) >= 0.7
 
 
 @pytest.mark.thorough
 def test_intervals_cover_studies_of_any_kind():
     # One does not know of which kind a row is: the kind of each study is drawn by lot.
-    critical, width, shift, _ = coverage(RNG(20261124).choice(list(STUDIES), 5000))
+    critical, width, shift = coverage(RNG(20261124).choice(list(STUDIES), 5000))
     assert 0.93 <= critical <= 0.97 and 0.93 <= width <= 0.97 and 0.93 <= shift <= 0.98

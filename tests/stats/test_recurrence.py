@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.stats.recurrence import CLOSED, find_recurrence
+from beltrepro.stats.motion import CLOSED, find_recurrence
 
 
 def orbit(step, start, count, skip=0):

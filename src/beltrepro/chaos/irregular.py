@@ -24,8 +24,7 @@ from beltrepro.simulation.groups import Report, check_progress, in_groups, integ
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
-from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
-from beltrepro.stats.recurrence import CLOSED, find_recurrence
+from beltrepro.stats.motion import CLOSED, EQUILIBRIUM, PERIODIC, find_recurrence
 
 IRREGULAR = "irregular"
 

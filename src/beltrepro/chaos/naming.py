@@ -21,8 +21,7 @@ from beltrepro.simulation.groups import Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
-from beltrepro.stats.motion import PERIODIC, name_motion
-from beltrepro.stats.recurrence import Recurrence, find_recurrence
+from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
 
 _SAMPLES = Sampling(1, 0.1)  # for r
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself

@@ -27,7 +27,7 @@ from beltrepro.simulation.run import Run
 from beltrepro.simulation.setup import Case, Chains, Setup, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.simulation.trajectories import simulate
-from beltrepro.stats.recurrence import CLOSED, find_recurrence
+from beltrepro.stats.motion import CLOSED, find_recurrence
 
 MOMENTS = ("disorder_parameter", "mean_length")
 _TIME_STEP = 0.001  # of no effect without noise

@@ -45,8 +45,9 @@ def film(options: argparse.Namespace) -> None:
         progress=shared.progress_of(chain.describe()),
     )
     assert isinstance(run, beltrepro.Run)  # as it was one chain
-    frames = cameras.film(run, options.output, camera=camera, progress=shared.progress_of("film"))
-    view = cameras.Framing.of(cameras.Movement.of(run), Scene(), camera)
+    movement, progress = cameras.Movement.of(run), shared.progress_of("film")
+    frames = cameras.film(movement, options.output, camera=camera, progress=progress)
+    view = cameras.Framing.of(movement, Scene(), camera)
     last = run.positions[:, -1]
     result = {
         "output": str(options.output),

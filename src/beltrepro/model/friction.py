@@ -17,9 +17,12 @@ START_NOISE = 0.3
 def direction_rules(
     select: Callable, compiled: Callable[[Callable], Callable] = lambda rule: rule
 ) -> tuple[Callable, Callable]:
-    """The stick and slip rules, written once for NumPy arrays and for the vectors of the kernels.
+    """The stick and slip rules of Sec. III and the Appendix, for NumPy and for the kernels.
 
-    The way of a block that may slip, 0 if it does not; and the way of any block.
+    The way of a block that may slip, 0 if it does not; and the way of any block. A stuck block (way
+    0), or one whose relative velocity has changed sign, slips towards F_ex if |F_ex| > F_st and
+    else is stuck. Any other slipping block keeps its way. A negative threshold holds nothing: where
+    F_ex is zero then, the block slips with the belt (+1).
     """
 
     @compiled
@@ -36,24 +39,7 @@ def direction_rules(
     return _slip_direction, _next_direction
 
 
-_, _next_direction = direction_rules(np.where)
-
-
-def next_direction(
-    direction: npt.ArrayLike,
-    relative_velocity: npt.ArrayLike,
-    external_force: npt.ArrayLike,
-    threshold: npt.ArrayLike,
-) -> np.ndarray:
-    """Direction of slip after the stick and slip rules of Sec. III and the Appendix.
-
-    A stuck block (direction 0), or one whose relative velocity has changed sign, slips towards F_ex
-    if |F_ex| > F_st and else is stuck. Any other slipping block keeps its direction. A negative
-    threshold holds nothing: where F_ex is zero then, the block slips with the belt (+1).
-    """
-    return _next_direction(
-        np.asarray(direction), np.asarray(relative_velocity), np.asarray(external_force), threshold
-    )
+_, next_direction = direction_rules(np.where)
 
 
 def start_noise(parameters: ChainParameters) -> float:

@@ -178,7 +178,6 @@ class ChainParameters:
 
 
 def check_chain(parameters: Any) -> None:
-    """That a value is a chain."""
     if not isinstance(parameters, ChainParameters):
         raise InputError(f"parameters = {shown(parameters)}: a ChainParameters is needed")
 

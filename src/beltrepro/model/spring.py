@@ -13,10 +13,10 @@ from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import ChainParameters
 
 SECTION_POSITION = 615.0  # of the last of five blocks (Sec. IV.A, Fig. 12)
-_PAPER, _FIVE = (ChainParameters(n_blocks, belt_velocity=1.0) for n_blocks in (1, 5))
+_FIVE = ChainParameters(5, belt_velocity=1.0)
 
 
-def spring_force(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
+def spring_force(deformation: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Elastic force F_e(dl) of one spring on the block at its far end (Sec. III, Fig. 6)."""
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
@@ -24,7 +24,7 @@ def spring_force(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPE
     return -pull * np.asarray(parameters.stiffness)
 
 
-def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
+def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Potential energy of one spring: minus the integral of `spring_force` from 0 to dl."""
     deformation = np.asarray(deformation, dtype=float)
     rate, linear, excess = _branches(deformation, parameters)
@@ -33,7 +33,7 @@ def spring_energy(deformation: npt.ArrayLike, parameters: ChainParameters = _PAP
     return energy * np.asarray(parameters.stiffness)
 
 
-def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER) -> np.ndarray:
+def spring_extension(force: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Deformation dl at which the spring pulls with the given tension -F_e (inverse of the law)."""
     force = np.asarray(force, dtype=float) / np.asarray(parameters.stiffness)
     rate = np.where(force < 0, parameters.compression_rate, parameters.extension_rate)
@@ -42,9 +42,7 @@ def spring_extension(force: npt.ArrayLike, parameters: ChainParameters = _PAPER)
     return np.copysign(linear + np.log1p(rate * excess) / rate, force)
 
 
-def spring_stiffness(
-    deformation: npt.ArrayLike, parameters: ChainParameters = _PAPER
-) -> np.ndarray:
+def spring_stiffness(deformation: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Slope of the tension -F_e(dl): the stiffness on the linear branch, more beyond it."""
     rate, _, excess = _branches(np.asarray(deformation, dtype=float), parameters)
     return np.exp(rate * excess) * np.asarray(parameters.stiffness)

@@ -17,7 +17,6 @@ class SectionValues:
         self.values = np.full((len(belt_velocity), n_values), np.nan, dtype=np.float32)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings of a chunk."""
         crossed = chunk.crossings, chunk.crossing_count
         _add_crossings(*crossed, self._belt_velocity, self._start, self.count, self.values)
 
@@ -34,43 +33,21 @@ def _add_crossings(crossings, crossing_count, belt_velocity, start, count, value
                 count[lane] += 1
 
 
-class CrossingLog:
-    """All crossings after an instant."""
-
-    def __init__(self, start: float) -> None:
-        self._start = start
-        self._parts: list[np.ndarray] = []
-
-    def observe(self, chunk: Chunk) -> None:
-        """Add the crossings of a chunk."""
-        for lane in np.flatnonzero(chunk.crossing_count):
-            rows = chunk.crossings[lane, : chunk.crossing_count[lane]]
-            rows = rows[rows[:, 0] >= self._start]
-            self._parts.append(np.column_stack([np.full(len(rows), float(lane)), rows]))
-
-    def rows(self, n_blocks: int) -> np.ndarray:
-        """All crossings, sorted by chain, then time."""
-        rows = np.concatenate([np.empty((0, 2 + 2 * n_blocks)), *self._parts])
-        return rows[np.lexsort((rows[:, 1], rows[:, 0]))]
-
-
 class ReturnLog:
     """Full states of W chains at all crossings of a section, and all slips on the way."""
 
     def __init__(self, width: int) -> None:
         self._states: list[list[np.ndarray]] = [[] for _ in range(width)]
-        self._times: list[list[np.ndarray]] = [[] for _ in range(width)]
-        self._blocks: list[list[np.ndarray]] = [[] for _ in range(width)]
+        self._slips: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in range(width)]
         self.last_event = np.full(width, -np.inf)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the crossings and the slips of a chunk."""
         for lane in range(len(self.last_event)):
             self._states[lane].append(chunk.crossings[lane, : chunk.crossing_count[lane]].copy())
             events = chunk.events[lane, : chunk.event_count[lane]]
             slips = events[events[:, EVENT_SLIP] > 0]
-            self._times[lane].append(slips[:, EVENT_TIME].copy())
-            self._blocks[lane].append(slips[:, EVENT_BLOCK].astype(np.uint32))
+            blocks = slips[:, EVENT_BLOCK].astype(np.uint32)
+            self._slips[lane].append((slips[:, EVENT_TIME].copy(), blocks))
             if len(events):
                 self.last_event[lane] = events[-1, EVENT_TIME]
 
@@ -81,4 +58,5 @@ class ReturnLog:
 
     def slips(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
         """Times and blocks, from 0, of all slips of one chain, in order."""
-        return np.concatenate(self._times[lane]), np.concatenate(self._blocks[lane])
+        times, blocks = map(np.concatenate, zip(*self._slips[lane], strict=True))
+        return times, blocks

@@ -25,7 +25,7 @@ class LengthMoments:
         self._high = np.full(width, -np.inf)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the samples of a chunk (merging moments, Chan et al. 1983)."""
+        # merging moments, Chan et al. 1983
         _, values = _samples(chunk, self._start)
         if len(values):
             self._count += len(values)
@@ -89,7 +89,6 @@ class LengthHistory:
         self.low, self.high = np.full((number, width), np.inf), np.full((number, width), -np.inf)
 
     def observe(self, chunk: Chunk) -> None:
-        """Add the samples of a chunk."""
         time, values = _samples(chunk, self.edges[0])
         bins = np.searchsorted(self.edges[1:-1], time, side="right")
         _add_to_bins(values, bins, self.count, self.mean, self.squares, self.low, self.high)

@@ -40,7 +40,6 @@ class SlipActivity:
         self._laminar = np.zeros((3, width))  # count, sum and maximum of the lengths
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk."""
         self._end = chunk.end
         counts = self.slip_count, self.stick_count
         last = self.slipping_since, self.last_stick_time, self._laminar
@@ -107,7 +106,6 @@ class MostStuck:
         self.most = self._now.copy()
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk."""
         for lane, count in enumerate(chunk.event_count):
             events = chunk.events[lane, :count]
             changes = np.where(events[:, EVENT_SLIP] > 0, -1, 1)
@@ -126,7 +124,6 @@ class EventLog:
         self._parts: list[list[np.ndarray]] = [[] for _ in range(width)]
 
     def observe(self, chunk: Chunk) -> None:
-        """Copy the events of a chunk."""
         for lane, parts in enumerate(self._parts):
             parts.append(chunk.events[lane, : chunk.event_count[lane]].copy())
 
@@ -204,7 +201,11 @@ def _collect(events, start, moving, belt_velocity, law, varied, blocks, slips, a
             slip.dissipated = dissipated
             n_slips += 1
         # a block that reverses sticks and slips at one instant: the avalanche goes on
-        goes_on = _slips_at_once(events, index)
+        goes_on = (
+            index + 1 < len(events)
+            and events[index + 1, EVENT_TIME] == time
+            and events[index + 1, EVENT_SLIP] > 0.0
+        )
         if moving == 0 and not goes_on and began >= start:
             energy_after, length_after = _at_rest(time, belt_velocity, law, varied, blocks)
             avalanche = avalanches[n_avalanches]
@@ -217,15 +218,6 @@ def _collect(events, start, moving, belt_velocity, law, varied, blocks, slips, a
             avalanche.last_block_displacement = length_after - length
             n_avalanches += 1
     return n_slips, n_avalanches
-
-
-@inlined
-def _slips_at_once(events, index):
-    """Whether the event that follows is the start of a slip at the same time."""
-    if index + 1 == len(events):
-        return False
-    same_time = events[index + 1, EVENT_TIME] == events[index, EVENT_TIME]
-    return same_time and events[index + 1, EVENT_SLIP] > 0.0
 
 
 @inlined

@@ -72,7 +72,6 @@ class ForwardSlip:
         self._weights = np.array([_weights(state) for state in states])
 
     def observe(self, chunk: Chunk) -> None:
-        """Follow the events of a chunk."""
         self.follow(chunk.events, chunk.event_count)
 
     def follow(self, events: np.ndarray, count: np.ndarray) -> None:
@@ -93,8 +92,6 @@ def _places(state: ChainState) -> np.ndarray:
 def _weights(state: ChainState) -> np.ndarray:
     """Kinetic friction of each block over that of all on average."""
     chain = state.parameters
-    if not chain.varied:
-        return np.ones(chain.n_blocks)
     return kinetic_friction(chain) / max(mean_kinetic_friction(chain), np.finfo(float).tiny)
 
 

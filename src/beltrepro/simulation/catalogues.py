@@ -12,7 +12,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
-from beltrepro.observe.crossings import CrossingLog
+from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.slips import EventLog, slips_and_avalanches
 from beltrepro.simulation.groups import Report, in_groups, integrator_of
 from beltrepro.simulation.loading import LoadingWatch
@@ -148,16 +148,17 @@ def _recorded(
     section = Section(section_block or chain.n_blocks, sections[group])
     integrator = integrator_of(members, section=section)
     start = members[0].state.time + transient
-    events, crossings = EventLog(len(members), chain.rest_positions), CrossingLog(start)
+    events, crossings = EventLog(len(members), chain.rest_positions), ReturnLog(len(members))
     loading.observe(group, integrator, [events, crossings], report)
-    rows, law = crossings.rows(chain.n_blocks), law_constants(chain)
+    law = law_constants(chain)
     tables: list[tuple[np.ndarray, ...]] = []
     for lane, (number, case) in enumerate(zip(group, members, strict=True)):
-        crossed = rows[rows[:, 0] == lane]
-        points = np.zeros(len(crossed), crossing)
+        times, states, _ = crossings.returns(lane)
+        late = times >= start
+        points = np.zeros(late.sum(), crossing)
         points["positions"] = points["velocities"] = np.nan
-        points["point"], points["time"] = number, crossed[:, 1]
-        positions, velocities = np.hsplit(crossed[:, 2:], 2)
+        points["point"], points["time"] = number, times[late]
+        positions, velocities = np.hsplit(states[late], 2)
         points["positions"][:, : chain.n_blocks] = positions + case.parameters.rest_positions
         points["velocities"][:, : chain.n_blocks] = velocities + case.parameters.belt_velocity
         slips = slips_and_avalanches(events.events(lane), number, case.state, law, start)

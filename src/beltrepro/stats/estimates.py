@@ -66,7 +66,6 @@ class Estimate:
         return dict(zip(names, self.numbers, strict=True))
 
     def scaled(self, factor: float) -> Estimate:
-        """The number times a factor."""
         low, high = sorted((factor * self.low, factor * self.high))
         return replace(self, value=factor * self.value, low=low, high=high)
 
@@ -77,7 +76,6 @@ def sure(value: float | bool) -> Estimate:
 
 
 def all_sure(values: dict[str, float | bool]) -> dict[str, Estimate]:
-    """Several such by name."""
     return {name: sure(value) for name, value in values.items()}
 
 
@@ -111,13 +109,10 @@ def mean(samples: Sequence[float] | np.ndarray) -> Estimate:
 
 
 def share(count: int, runs: int, still_open: int = 0) -> Estimate:
-    """Share of independent runs, with the exact interval.
+    """Share of independent runs, with the exact interval of Clopper and Pearson.
 
-    The interval is that of Clopper and Pearson (Biometrika 26, 404, 1934). It holds for few runs
-    and for shares of 0 and 1 too. Each end is wrong in at most half of 1 - CONFIDENCE of all cases.
-
-    still_open : runs of which it is not known; the interval covers both that none and that all of
-    them have the property, its value is that none has.
+    It holds for few runs and for shares of 0 and 1 too (Biometrika 26, 404, 1934). It covers both
+    that none and that all of those still open have the property; the value is that none has.
     """
     require(runs > 0, "no runs, 1 is needed")
     least, most = (
@@ -129,8 +124,7 @@ def share(count: int, runs: int, still_open: int = 0) -> Estimate:
 
 def share_of(having: np.ndarray, unknown: np.ndarray | None = None) -> Estimate:
     """`share` of the runs that a mask marks; those of a second one are still open."""
-    still_open = 0 if unknown is None else np.sum(unknown)
-    return share(int(np.sum(having)), np.size(having), int(still_open))
+    return share(np.sum(having), np.size(having), 0 if unknown is None else np.sum(unknown))
 
 
 def bootstrap(
@@ -142,17 +136,10 @@ def bootstrap(
 ) -> Estimate:
     """Statistic of groups of independent runs, with a bootstrap interval.
 
-    Within each group the runs are drawn anew with replacement, group by group (stratified
-    bootstrap: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997,
-    Sec. 3.2). For the interval see `from_resamples`.
-
-    statistic : takes the groups in their order; NaN says "not found".
-    samples : groups, each an array whose first axis is runs.
-    grid_spacing : spacing of a grid on which the statistic lives; half of it is added to the
-    interval in quadrature.
-
-    The value is NaN if the statistic of the data is, and so is the interval if more than 5 % of the
-    resamples are. Of a group of one run nothing is known of the error (`single`).
+    Within each group the runs, its first axis, are drawn anew with replacement, group by group
+    (stratified bootstrap: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application,
+    1997, Sec. 3.2). For the interval see `from_resamples`. Of a group of one run nothing is known
+    of the error (`single`).
     """
     samples = [np.asarray(group) for group in samples]
     runs = min(len(group) for group in samples)
@@ -173,12 +160,13 @@ def bootstrap(
 def from_resamples(
     value: float, redrawn: np.ndarray, runs: int, *, grid_spacing: float = 0.0
 ) -> Estimate:
-    """The estimate that a value and its resamples make; as of `bootstrap`.
+    """The estimate that a value and its resamples make, which are NaN where nothing is found.
 
-    Resamples of few runs scatter less than the runs do, and more of them than 95 % are within the
-    interval: as many as make the interval of a mean that of Student's t (expanded percentiles:
-    T. C. Hesterberg, The American Statistician 69, 371, 2015). With four runs all resamples are
-    within, and that is still too narrow: it covers a mean in 86 %.
+    There is no interval if that is so in more than 5 %. Half the spacing of a grid on which values
+    lie is added to it in quadrature. Resamples of few runs scatter less than the runs do, and more
+    of them than 95 % are within the interval: as many as make the interval of a mean that of
+    Student's t (expanded percentiles: T. C. Hesterberg, The American Statistician 69, 371, 2015).
+    With four runs all resamples are within, and that is still too narrow: it covers a mean in 86 %.
     """
     finite = redrawn[np.isfinite(redrawn)]
     if math.isnan(value):
@@ -204,12 +192,7 @@ def difference(first: Estimate, second: Estimate) -> Estimate:
 def ratio(first: Estimate, second: Estimate) -> Estimate:
     """First over second, both above zero: as `difference`, of their logarithms."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return exponential(difference(mapped(np.log, first), mapped(np.log, second)))
-
-
-def exponential(estimate: Estimate) -> Estimate:
-    """Of an estimate of a logarithm."""
-    return mapped(np.exp, estimate)
+        return mapped(np.exp, difference(mapped(np.log, first), mapped(np.log, second)))
 
 
 def mapped(function: Callable[[float], float], estimate: Estimate) -> Estimate:

@@ -16,24 +16,8 @@ LEAST_VALUES = 50
 _ONE_END = 1e-6  # share of ln(high / low) by which the mean of ln x must be off both ends
 
 
-class Law(NamedTuple):
-    """Density c * x**exponent for low <= x <= high."""
-
-    exponent: float
-    low: float
-    high: float
-
-
-class NearestLaw(NamedTuple):
-    """How well a power law fits."""
-
-    law: Law  # the power law that comes nearest
-    distance: float  # of Kolmogorov and Smirnov, between the values from `law.low` on and the law
-    p: float  # share of samples of the law that are as far from their own fits
-
-
-def fit_law(mean_log: float, low: float, high: float) -> Law:
-    """Power law of maximum likelihood for values with this mean of ln x.
+def fit_exponent(mean_log: float, low: float, high: float) -> float:
+    """Exponent of the power law of maximum likelihood for values with this mean of ln x.
 
     Where ln x is 0 at one end and 1 at the other, its density grows exponentially at a rate of
     (exponent + 1) * ln(high / low). The likelihood is largest where the mean is that of the values.
@@ -47,7 +31,7 @@ def fit_law(mean_log: float, low: float, high: float) -> Law:
     rate = scipy.optimize.brentq(
         lambda rate: _mean_place(rate) - nearer, 0.0, 1 / (1 - nearer), xtol=1e-15
     )
-    return Law(float(np.copysign(rate, place - 0.5) / length) - 1, float(low), float(high))
+    return float(np.copysign(rate, place - 0.5) / length) - 1
 
 
 def _mean_place(rate: float) -> float:
@@ -71,56 +55,66 @@ def independent_values(values: np.ndarray, chain: np.ndarray) -> float:
     return float(values.size / max(1.0, excess * len(count) / (len(count) - 1)))
 
 
+class NearestLaw(NamedTuple):
+    """Density c * x**exponent for low <= x <= high, and how well it fits."""
+
+    exponent: float
+    low: float
+    high: float
+    p: float  # share of samples of the law that are as far from their own fits
+
+
 def goodness_of_fit(
-    values: npt.ArrayLike,
-    lows: npt.ArrayLike,
-    *,
-    independent: float | None = None,
-    samples: int = 200,
+    values: np.ndarray, lows: np.ndarray, independent: float, *, samples: int = 200
 ) -> NearestLaw:
     """Power law that comes nearest to values, from one of some lower ends up to the largest value.
+
+    independent : how many independent values tell as much as these.
 
     The p-value is that of A. Clauset, C. R. Shalizi and M. E. J. Newman, SIAM Review 51, 661
     (2009), Sec. 4: samples have the law above its lower end and the values below it, and each is
     fitted anew, its lower end too. The law here ends at the largest value.
     """
-    values, lows = np.sort(np.asarray(values, dtype=float)), np.unique(lows)
-    values = values[values >= lows.min()]
-    count = np.count_nonzero(values >= lows.max())
+    values, lows = np.sort(values), np.unique(lows)
+    values = values[values >= lows[0]]
+    count = np.count_nonzero(values >= lows[-1])
     require(
-        count >= LEAST_VALUES, f"{count} values above {lows.max():.3g}, {LEAST_VALUES} are needed"
+        count >= LEAST_VALUES, f"{count} values above {lows[-1]:.3g}, {LEAST_VALUES} are needed"
     )
     high = float(values[-1])
-    law, distance = _nearest(values, lows, high)
-    size = values.size if independent is None else round(min(independent, values.size))
+    exponent, low, distance = _nearest(values, lows, high)
+    size = round(min(independent, values.size))
     require(size >= LEAST_VALUES, f"as good as {size} values, {LEAST_VALUES} are needed")
-    below = values[values < law.low]
-    rate = law.exponent + 1
+    below = values[values < low]
+    rate = exponent + 1
     rng = np.random.default_rng(0)
     further = 0
     for _ in range(samples):
         count = rng.binomial(size, below.size / values.size)
         # Box and Cox's transform to this power makes values of a power law uniform
-        shares = rng.random(size - count) * boxcox(law.high / law.low, rate)
-        made = np.sort(law.low * inv_boxcox(shares, rate))
+        shares = rng.random(size - count) * boxcox(high / low, rate)
+        made = np.sort(low * inv_boxcox(shares, rate))
         made = np.r_[np.sort(rng.choice(below, count)), made] if count else made
-        further += _nearest(made, lows, high)[1] >= distance
-    return NearestLaw(law, distance, further / samples)
+        further += _nearest(made, lows, high)[2] >= distance
+    return NearestLaw(exponent, low, high, further / samples)
 
 
-def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, float]:
-    """The law of least distance; values and lower ends in rising order."""
-    laws: list[tuple[Law, float]] = []
+def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[float, float, float]:
+    """Exponent, lower end and distance, by Kolmogorov and Smirnov, of the nearest law.
+
+    Values and lower ends are in rising order.
+    """
+    laws: list[tuple[float, float, float]] = []
     for low in lows:
         tail = values[np.searchsorted(values, low) :]
         if tail.size < LEAST_VALUES and laws:  # of a small sample
             continue
-        law = fit_law(np.log(tail).mean(), low, high)
-        share = boxcox(tail / low, law.exponent + 1) / boxcox(high / low, law.exponent + 1)
+        exponent = fit_exponent(np.log(tail).mean(), low, high)
+        share = boxcox(tail / low, exponent + 1) / boxcox(high / low, exponent + 1)
         rank = np.arange(tail.size + 1) / tail.size
         distance = float(max((rank[1:] - share).max(), (share - rank[:-1]).max()))
-        laws.append((law, distance))
-    return min(laws, key=lambda pair: pair[1])
+        laws.append((exponent, float(low), distance))
+    return min(laws, key=lambda law: law[2])
 
 
 # --- straight lines on doubly logarithmic axes ---------------------------------------------------
@@ -129,12 +123,11 @@ def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[Law, fl
 class PowerLawFit(NamedTuple):
     """y = prefactor * x**exponent, fitted for low <= x <= high."""
 
-    exponent: float  # exponent of the law
-    exponent_error: float  # one standard error of the exponent
-    prefactor: float  # value of the law at x = 1
-    low: float  # lower end of the range of the fit
-    high: float  # upper end of the range of the fit
-    sample_size: int = 0  # number of bins or values that were fitted
+    exponent: float
+    prefactor: float
+    low: float
+    high: float
+    sample_size: int = 0  # points that were fitted
 
     def __call__(self, abscissa: npt.ArrayLike) -> np.ndarray:
         """Value of the fitted law at `abscissa` (any shape)."""
@@ -149,15 +142,11 @@ def fit_log_log(
     high: float,
     weight: npt.ArrayLike | None = None,
 ) -> PowerLawFit:
-    """Least-squares line through (log x, log y) of the points with low <= x <= high and y > 0.
-
-    The error of the exponent is that of the slope, from the scatter about the line.
-    """
+    """Least-squares line through (log x, log y) of the points with low <= x <= high and y > 0."""
     abscissa, ordinate = (np.asarray(values, dtype=float) for values in (abscissa, ordinate))
     weight = np.ones_like(abscissa) if weight is None else np.asarray(weight, dtype=float)
     used = (abscissa >= low) & (abscissa <= high) & (abscissa > 0) & (ordinate > 0) & (weight > 0)
     require(used.sum() >= 4, f"{used.sum()} points between {low:.3g} and {high:.3g}, 4 are needed")
     x, y = np.log(abscissa[used]), np.log(ordinate[used])
-    (exponent, offset), covariance = np.polyfit(x, y, 1, w=np.sqrt(weight[used]), cov=True)
-    error, prefactor = float(np.sqrt(covariance[0, 0])), float(np.exp(offset))
-    return PowerLawFit(float(exponent), error, prefactor, low, high, int(used.sum()))
+    exponent, offset = np.polyfit(x, y, 1, w=np.sqrt(weight[used]))
+    return PowerLawFit(float(exponent), float(np.exp(offset)), low, high, int(used.sum()))

@@ -1,4 +1,4 @@
-"""Cuts through scans, and what the velocities at section crossings say (Figs. 12, 14 and 22)."""
+"""Cuts through scans, and what crossings of a section say (Figs. 10, 12, 14 and 22)."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -83,16 +83,16 @@ def find_period(values: npt.ArrayLike) -> int:
     return 0
 
 
-def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
+def repeated(states: npt.ArrayLike) -> np.ndarray:
     """Which states at a section lie near one that is listed before: they say nothing new.
 
     A run comes back to its states on a periodic orbit, and runs that have not parted yet visit the
-    same ones. The states that are new are further than `near` from each other.
+    same ones. The states that are new are further than a limit from each other.
     """
     states = np.asarray(states, dtype=float)
     again = np.zeros(len(states), dtype=bool)
     if len(states):
-        limit = near * float(np.ptp(states, axis=0).max())
+        limit = NEAR * float(np.ptp(states, axis=0).max())
         tree = scipy.spatial.cKDTree(states)
         # One by one: all pairs of an orbit that is passed ten thousand times would fill the memory.
         for index in range(len(states)):
@@ -102,18 +102,16 @@ def repeated(states: npt.ArrayLike, *, near: float = NEAR) -> np.ndarray:
     return again
 
 
-def occupied_share(
-    values: npt.ArrayLike, *, range: tuple[float, float], bins: int = 100, mass: float = 0.9
-) -> float:
-    """Smallest share of the bins in `range` that holds `mass` of the values.
+def occupied_share(values: npt.ArrayLike, *, range: tuple[float, float]) -> float:
+    """Smallest share of a hundred bins in `range` that holds 90 % of the values.
 
     A measure of how a band diagram is filled that also serves with noise: a periodic orbit fills
     few bins, noise widens its lines, a chaotic band fills a good part of the range.
     """
     values = np.clip(_crossings(values), *range)
-    count, _ = np.histogram(values, bins=bins, range=range)
+    count, _ = np.histogram(values, bins=100, range=range)
     filled = np.cumsum(np.sort(count)[::-1])
-    return float(np.searchsorted(filled, mass * values.size) + 1) / bins
+    return float(np.searchsorted(filled, 0.9 * values.size) + 1) / 100
 
 
 def zero_one_test(values: npt.ArrayLike) -> float:
@@ -132,10 +130,8 @@ def zero_one_test(values: npt.ArrayLike) -> float:
     walk = np.cumsum(values * phase, axis=1)
     lags = np.arange(1, values.size // 10 + 1)
     span = values.size - lags[-1]
-    displacement = np.stack(
-        [np.mean(np.abs(walk[:, lag : lag + span] - walk[:, :span]) ** 2, axis=1) for lag in lags],
-        axis=1,
-    )
+    ways = (walk[:, lag : lag + span] - walk[:, :span] for lag in lags)
+    displacement = np.stack([np.mean(np.abs(way) ** 2, axis=1) for way in ways], axis=1)
     # The bounded oscillating term of the displacement is proportional to the mean: removed above.
     correlations = [np.corrcoef(lags, one)[0, 1] for one in displacement]
     return float(np.median(correlations))
@@ -144,8 +140,43 @@ def zero_one_test(values: npt.ArrayLike) -> float:
 def _crossings(values: npt.ArrayLike) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
-    require(
-        values.size >= MINIMUM_CROSSINGS,
-        f"{values.size} crossings of the section, {MINIMUM_CROSSINGS} are needed",
-    )
+    count, least = values.size, MINIMUM_CROSSINGS
+    require(count >= least, f"{count} crossings of the section, {least} are needed")
     return values
+
+
+# --- correlation dimension: a number for the "low-dimensional" of Fig. 10 ------------------------
+
+_LEAST_POINTS = 500
+_MOST_POINTS = 20_000  # of which pairs are counted
+_LEAST_PAIRS = 100
+_WINDOW = (1e-4, 1e-2)  # of C(R)
+_RADII = 24
+_SAMPLES = 400_000  # pairs that tell at which radii C has given values
+
+
+def correlation_dimension(points: npt.ArrayLike) -> tuple[float, float]:
+    """Slope of log C(R) against log R (Grassberger and Procaccia 1983), and its error.
+
+    C(R) is the share of pairs closer than R (Euclidean). It is read where it lies within a window,
+    raised at the lower end so that enough pairs are counted. At smaller radii C depends on single
+    pairs, at larger ones on the size of the set. The error is that of the line, and half of what
+    the slope changes from the lower radii to the upper.
+    """
+    points = np.asarray(points, dtype=float)
+    points = points[np.isfinite(points).all(axis=1)]
+    require(len(points) >= _LEAST_POINTS, f"{len(points)} points, {_LEAST_POINTS} are needed")
+    if len(points) > _MOST_POINTS:
+        points = points[np.linspace(0, len(points) - 1, _MOST_POINTS).astype(int)]
+    n_pairs = len(points) * (len(points) - 1) / 2
+    first, second = np.random.default_rng(0).integers(0, len(points), (2, _SAMPLES))
+    distances = np.linalg.norm(points[first] - points[second], axis=1)[first != second]
+    low, high = np.quantile(distances, (max(_WINDOW[0], _LEAST_PAIRS / n_pairs), _WINDOW[1]))
+    require(0 < low < high, "the correlation integral has no window to fit: points in few places")
+    tree, radius = scipy.spatial.cKDTree(points), np.geomspace(low, high, _RADII)
+    ordered_pairs_and_selves = tree.count_neighbors(tree, radius)
+    x, y = np.log(radius), np.log((ordered_pairs_and_selves - tree.n) / 2 / n_pairs)
+    (slope, _), covariance = np.polyfit(x, y, 1, cov=True)
+    half = _RADII // 2
+    lower, upper = np.polyfit(x[:half], y[:half], 1)[0], np.polyfit(x[half:], y[half:], 1)[0]
+    return float(slope), float(np.hypot(covariance[0, 0] ** 0.5, (upper - lower) / 2))

@@ -1,4 +1,11 @@
-"""Power spectra of sampled series and the power laws in them (Figs. 8 and 16)."""
+"""Power spectra of sampled series: power laws in them (Figs. 8 and 16), and lines (Fig. 4).
+
+The paper calls a spectrum with peaks at equal distances nearly periodic, and one without
+quasi-continuous. Both are judged by eye there; here by the height of the peaks above their
+surroundings, by a test of their places, and by the flatness of the spectrum.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,21 +18,26 @@ from beltrepro.stats.power_law import PowerLawFit, fit_log_log
 # The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the
 # stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).
 FIT_BAND = (0.003, 0.3)
+_RESAMPLES = 200
+
+BAND_HZ = (0.2, 3.9)
+SEGMENT_S = 20.0
+LEAST_PEAKS = 4
+_HEIGHT = 10.0
+_SURROUNDINGS_HZ = 0.8
+_APART = 3  # frequencies between peaks, at least: a line is so wide
+_RANDOM_SETS = 1000
 
 
 def power_spectrum(
-    values: npt.ArrayLike,
-    sample_interval: float,
-    *,
-    segment: int | None = None,
-    window: str = "hann",
+    values: npt.ArrayLike, sample_interval: float, *, segment: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """One-sided power spectral density of a sampled series, mean removed."""
     values = np.asarray(values, dtype=float)
     require(values.size >= 16, f"{values.size} samples, a spectrum needs 16")
     length = values.size if segment is None else min(int(segment), values.size)
     frequency, power = scipy.signal.welch(
-        values, fs=1 / sample_interval, window=window, nperseg=length, detrend="constant"
+        values, fs=1 / sample_interval, nperseg=length, detrend="constant"
     )
     return frequency[1:], power[1:]
 
@@ -49,21 +61,96 @@ def fit_power_law(
     return fit_log_log(centre, mean, low=low, high=high)
 
 
-def exponent_of(law: PowerLawFit, frequency: npt.ArrayLike, *, resamples: int = 200) -> Estimate:
+def exponent_of(law: PowerLawFit, frequency: np.ndarray) -> Estimate:
     """Exponent of a law that was fitted to the spectrum of one series without segments.
 
     Its error is by how much the exponents scatter of spectra of Gaussian noise with this law, at
     these frequencies. The scatter of the bins about the line says too little: few frequencies lie
     in the lowest bins, which weigh most.
     """
-    frequency = np.asarray(frequency, dtype=float)
     frequency = frequency[: np.searchsorted(frequency, law.high) + 2]
     amplitude = np.concatenate([[0.0], np.sqrt(law(frequency))])  # the mean was removed
     rng = np.random.default_rng(0)
     exponents = []
-    for _ in range(resamples):
+    for _ in range(_RESAMPLES):
         waves = amplitude * (rng.standard_normal((amplitude.size, 2)) @ [1, 1j])
         windowed = waves[1:-1] - (waves[:-2] + waves[2:]) / 2  # Hann's window
         power = np.abs(windowed) ** 2
         exponents.append(fit_power_law(frequency[:-1], power, low=law.low, high=law.high).exponent)
     return from_error(law.exponent, float(np.std(exponents)), None)
+
+
+# --- lines --------------------------------------------------------------------------------------
+
+
+class Lines(NamedTuple):
+    """What stands out of a power spectrum."""
+
+    # geometric over arithmetic mean of the power over its running median, in the band: 1 for a
+    # smooth spectrum, near 0 where lines hold nearly all
+    flatness: float
+    peaks_hz: np.ndarray  # where power exceeds _HEIGHT times that median
+
+
+class Spacing(NamedTuple):
+    """The one frequency whose multiples are nearest to the peaks."""
+
+    step_hz: float
+    p: float  # share of sets of as many random peaks that are as near to those of their best step
+
+
+def lines(
+    values: npt.ArrayLike, interval_s: float, *, band_hz: tuple[float, float] = BAND_HZ
+) -> Lines:
+    """Find the lines in a band of the spectrum of a series."""
+    values = np.asarray(values, dtype=float)
+    segment = round(SEGMENT_S / interval_s)
+    require(
+        values.size >= segment,
+        f"{values.size * interval_s:.0f} s, a spectrum of lines needs {SEGMENT_S:g} s",
+    )
+    frequency, power = power_spectrum(values, interval_s, segment=segment)
+    size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
+    level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    excess = power / level
+    flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
+    peaks, _ = scipy.signal.find_peaks(excess, height=_HEIGHT, distance=_APART)
+    peaks = peaks[inside[peaks]]
+    # between the frequencies, by parabolas through the logarithm of the power
+    before, at, after = (np.log(power[peaks + shift]) for shift in (-1, 0, 1))
+    shift = (before - after) / (2 * (before - 2 * at + after))
+    return Lines(float(flatness), frequency[peaks] + shift * (frequency[1] - frequency[0]))
+
+
+def spacing(peaks_hz: npt.ArrayLike) -> Spacing:
+    """Test whether peaks are multiples of one frequency.
+
+    The step is the one with the highest concentration, mean of cos(2 pi peak / step), from about
+    half the smallest distance of the peaks up to the lowest of them. Random peaks are uniform in
+    the band and as far apart as `lines` finds them; each set has its own best step.
+    """
+    peaks = np.sort(np.asarray(peaks_hz, dtype=float))
+    require(peaks.size >= LEAST_PEAKS, f"{peaks.size} peaks, {LEAST_PEAKS} are needed")
+    step, concentration = _best_step(peaks)
+    stream = np.random.default_rng(1)
+    apart = _APART / SEGMENT_S
+    room = BAND_HZ[1] - BAND_HZ[0] - (peaks.size - 1) * apart
+    reached = 0
+    for _ in range(_RANDOM_SETS):
+        places = BAND_HZ[0] + np.sort(stream.uniform(0, room, peaks.size))
+        reached += _best_step(places + apart * np.arange(peaks.size))[1] >= concentration
+    return Spacing(step, (1 + reached) / (1 + _RANDOM_SETS))
+
+
+def _best_step(peaks: np.ndarray) -> tuple[float, float]:
+    """The step with the highest concentration, and that concentration."""
+    shortest = np.diff(peaks).min() / 2
+    # The lowest peak is some multiple of the step. Which ones the others are follows, and then the
+    # step by least squares.
+    multiple = np.arange(1, max(1, round(peaks[0] / shortest)) + 1)[:, np.newaxis]
+    numbers = np.rint(multiple * peaks / peaks[0])
+    steps = (numbers @ peaks) / (numbers**2).sum(axis=1)
+    concentration = np.cos(2 * np.pi * peaks / steps[:, np.newaxis]).mean(axis=1)
+    best = concentration.argmax()
+    return float(steps[best]), float(concentration[best])

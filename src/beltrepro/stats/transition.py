@@ -71,7 +71,6 @@ class Row:
 
     @classmethod
     def of(cls, belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> Row:
-        """The finite runs of a row."""
         u, r = _in_order(belt_velocity, disorder, MINIMUM_POINTS)
         return cls(u, r[np.lexsort((r, u))], *np.unique(u, return_index=True, return_counts=True))
 
@@ -81,12 +80,10 @@ class Row:
         return int(np.median(self.count))
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """Mean over the runs at each place."""
         return np.add.reduceat(values, self.first) / self.count
 
 
-Sides = tuple[np.ndarray, np.ndarray]
-"""Masks of the runs on the high side of a fall, and on the low one."""
+Sides = tuple[np.ndarray, np.ndarray]  # masks of the runs on the high side of a fall, and the low
 
 
 class Draws(NamedTuple):
@@ -98,7 +95,6 @@ class Draws(NamedTuple):
     may_go_on: bool  # a fall wider than the row is as good
 
     def numbers(self, runs: int) -> dict[str, Estimate]:
-        """Medians and intervals of what was drawn."""
         reach = EDGE * self.scale
         draws = {"critical": self.critical, "lower": self.critical - reach}
         draws |= {"upper": self.critical + reach, "width": 2 * reach}
@@ -349,16 +345,14 @@ def _spacing(places: np.ndarray, transition: dict[str, float]) -> float:
 
 
 def contrast_of_step(belt_velocity: npt.ArrayLike, disorder: npt.ArrayLike) -> float:
-    """High over low level of r(u) beside its best falling step; NaN if r falls nowhere.
+    """High over low level of r(u) beside its best falling step; NaN without one.
 
     The levels are medians between half the position of the step and it, and up to twice it.
     """
     u, r = _in_order(belt_velocity, disorder, MINIMUM_POINTS)
     place = best_step(u, r, falling=True)
-    if not np.isfinite(place):
-        return np.nan
     before, after = r[(u <= place) & (u >= place / 2)], r[(u >= place) & (u <= 2 * place)]
-    if not before.size or not after.size:
+    if not before.size or not after.size:  # r falls nowhere, or far from all points
         return np.nan
     return float(np.median(before) / np.median(after))
 

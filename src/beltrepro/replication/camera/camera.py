@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.model.units import LENGTH_M, TIME_S, VELOCITY_M_S
 from beltrepro.replication.camera.scene import Camera, Scene
@@ -20,8 +19,7 @@ if TYPE_CHECKING:
     from beltrepro.simulation.run import Run
 
 SCENE, CAMERA = Scene(), Camera()
-# Seen beyond the support and beyond the farthest place of the last block, in metres.
-MARGIN = 0.03
+_MARGIN = 0.03  # seen beyond the support and the farthest place of the last block, metres
 _NOISE_PICTURES = 4
 _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
 
@@ -37,27 +35,24 @@ class Movement:
     @classmethod
     def of(cls, run: Run) -> Movement:
         """The movement that the samples of a run show."""
-        if not hasattr(run, "positions"):
-            raise InputError(f"motion = {shown(run)}: a Run or a Movement is needed")
         if not len(run.time):
             raise InputError("the run has no samples to film: simulate with a sample_interval")
         return cls(run.time * TIME_S, run.positions * LENGTH_M, run.velocities * VELOCITY_M_S)
 
 
 def film(
-    motion: Run | Movement,
+    movement: Movement,
     path: str | Path,
     *,
     scene: Scene = SCENE,
     camera: Camera = CAMERA,
     progress: Callable[[float], None] | None = None,
 ) -> int:
-    """Film a run: each sample becomes a frame, taken at its instant. Returns how many are written.
+    """Each sample becomes a frame, taken at its instant. Returns how many are written.
 
     For a film of 24 frames a second simulate with `sample_interval=1 / 24 / TIME_S`; method "event"
     is exact at any interval.
     """
-    movement = motion if isinstance(motion, Movement) else Movement.of(motion)
     frames = pictures(movement, scene=scene, camera=camera, progress=progress)
     rate, compression = camera.frames_per_second, camera.compression
     return write_video(path, frames, frames_per_second=rate, compression=compression)
@@ -71,28 +66,23 @@ def pictures(
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Frame]:
     """The frames of a film, one by one."""
-    _check_instants(movement.time_s, camera.frames_per_second)
+    times = movement.time_s - movement.time_s[0]
+    gaps, between = np.diff(movement.time_s), 1 / camera.frames_per_second
+    if gaps.size and np.abs(gaps / between - 1).max() > 1e-3:
+        raise InputError(
+            f"the samples are {gaps.mean():.4g} s apart, the frames {between:.4g} s: simulate with "
+            f"sample_interval = {between / TIME_S:.10g}"
+        )
     view = Framing.of(movement, scene, camera)
     light, shutter = _Light(scene, view, camera.blur), _Shutter(camera, view)
     way = np.multiply.outer([-camera.exposure / 2, camera.exposure / 2], movement.v_m_s)
-    places, times = movement.x_m + way, movement.time_s - movement.time_s[0]
+    places = movement.x_m + way
     for index, time in enumerate(times.tolist()):
         # The first one is kept: a video's time begins with it.
         if not (index and shutter.drops_frame()):
             yield Frame(time, shutter(light(places[:, index]), time))
         if progress:
             progress((index + 1) / len(times))
-
-
-def _check_instants(time: np.ndarray, frames_per_second: float) -> None:
-    """Refuse samples at another distance than that of the frames."""
-    gaps = np.diff(time) * frames_per_second
-    if gaps.size and np.abs(gaps - 1).max() > 1e-3:
-        raise InputError(
-            f"the samples are {gaps.mean() / frames_per_second:.4g} s apart, the frames "
-            f"{1 / frames_per_second:.4g} s: simulate with sample_interval = "
-            f"{1 / frames_per_second / TIME_S:.10g}"
-        )
 
 
 @dataclass(frozen=True)
@@ -109,7 +99,7 @@ class Framing:
     @classmethod
     def of(cls, movement: Movement, scene: Scene, camera: Camera) -> Framing:
         """The view of a camera that is put up for a movement."""
-        extent = movement.x_m.max() + scene.block_length / 2 + 2 * MARGIN
+        extent = movement.x_m.max() + scene.block_length / 2 + 2 * _MARGIN
         scale = camera.metres_per_pixel
         if scale is None:
             scale = max(extent / camera.width, 1.1 * scene.width / camera.height)
@@ -119,7 +109,7 @@ class Framing:
                 f"{scale * camera.width:.3g} m x {scale * camera.height:.3g} m: "
                 f"take a larger metres_per_pixel, width or height"
             )
-        left, top = MARGIN / scale, (camera.height - scene.width / scale) / 2
+        left, top = _MARGIN / scale, (camera.height - scene.width / scale) / 2
         half = np.array([camera.width, camera.height]) / 2
         angle = np.radians(camera.angle)
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -174,9 +164,8 @@ class _Light:
         number = np.arange(scene.coils)
         first, last = ((begin + (number + part) * turn).reshape(2, -1) for part in (0.3, 0.7))
         turns = np.full(first.shape[1], scene.spring - scene.belt)
-        return np.stack(
-            [lane(left, right, bright, view.width), lane(first, last, turns, view.width)]
-        )
+        blocks = lane(left, right, bright, view.width)
+        return np.stack([blocks, lane(first, last, turns, view.width)])
 
     def _blurred(self, light: np.ndarray, ways: tuple[int, int]) -> np.ndarray:
         """An array, blurred along its rows (1, 0), its columns (0, 1) or both."""
@@ -193,10 +182,8 @@ def _still_picture(scene: Scene, view: Framing) -> np.ndarray:
     picture = scene.belt + (scene.support - scene.belt) * support
     edge = scene.block_width + scene.tape_gap
     # The tape begins a little before its zero mark, and goes on beyond the picture.
-    tape = np.outer(
-        view.rows(edge, scene.tape_width), view.columns(-0.3 * scene.mark_spacing, np.inf)
-    )
-    picture += (scene.tape - scene.belt) * tape
+    length = view.columns(-0.3 * scene.mark_spacing, np.inf)
+    picture += (scene.tape - scene.belt) * np.outer(view.rows(edge, scene.tape_width), length)
     short, long = view.rows(edge, scene.mark_length), view.rows(edge, scene.long_mark_length)
     for number in range(int((view.width - view.left) * view.metres_per_pixel / scene.mark_spacing)):
         middle, half = number * scene.mark_spacing, scene.mark_width / 2

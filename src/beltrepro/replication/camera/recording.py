@@ -15,7 +15,7 @@ from beltrepro.base import checks
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
 from beltrepro.stats import estimates
-from beltrepro.stats.estimates import Estimate, exponential
+from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND, exponent_of, fit_power_law, power_spectrum
 
@@ -129,7 +129,8 @@ def analyse(
     parts = regimes(time, position, window_s=window_s, quiet=quiet)
     moments = estimates.sums_in_stretches(position, parts.weight_s)
     disorder, length = (
-        exponential(estimates.from_stretches(log, moments)) for log in (_log_disorder, _log_mean)
+        estimates.mapped(np.exp, estimates.from_stretches(log, moments))
+        for log in (_log_disorder, _log_mean)
     )
     spectra = _spectra(time, position, parts)
     return Recording(**vars(parts), time_s=time, x_m=position,

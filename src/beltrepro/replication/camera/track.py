@@ -38,6 +38,7 @@ _KNOWN = (
     "point where x is 0, the fixed point of the chain (--zero)"
 )
 _NEEDED = ["time_s", "x_m"]
+_SETTINGS = ("lost_s", "metres_per_pixel", "zero", "angle")
 _MOST_BYTES = 10**9  # of a table
 
 
@@ -55,16 +56,9 @@ class Track:
     angle: float = math.nan  # by which the belt is turned in the picture, degrees, clockwise
 
     def save(self, path: str | Path, **about: Any) -> None:
-        """Write the track as CSV: a line that begins with #, and two columns.
-
-        about : what this line says besides the settings.
-        """
-        settings = about | {
-            "lost_s": self.lost_s.tolist(),
-            "metres_per_pixel": self.metres_per_pixel,
-            "zero": self.zero,
-            "angle": self.angle,
-        }
+        """Write the track as CSV: a line of settings that begins with #, and two columns."""
+        settings = about | {name: getattr(self, name) for name in _SETTINGS}
+        settings["lost_s"] = self.lost_s.tolist()
         with Path(path).open("w", encoding="utf-8") as file:
             file.write(f"# {json.dumps(settings)}\n{','.join(_NEEDED)}\n")
             np.savetxt(file, np.column_stack([self.time_s, self.x_m]), delimiter=",", fmt="%.9g")
@@ -79,9 +73,9 @@ class Track:
             raise InputError(f"{path}: {reason}") from None
         try:
             said = json.loads(text.partition("\n")[0].removeprefix("#"))
-            lost_s = np.array(said["lost_s"], dtype=float).reshape(-1, 2)
-            scale, zero, angle = said["metres_per_pixel"], tuple(said["zero"]), said["angle"]
-            return cls(time_s, x_m, lost_s, scale, zero, angle)
+            lost_s, scale, zero, angle = (said[name] for name in _SETTINGS)
+            lost_s = np.array(lost_s, dtype=float).reshape(-1, 2)
+            return cls(time_s, x_m, lost_s, scale, tuple(zero), angle)
         except (KeyError, TypeError, ValueError):  # of another program
             return cls(time_s, x_m, np.empty((0, 2)))
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
-from beltrepro.stats import intermittency, sections, spectra
+from beltrepro.stats import sections, spectra, states
 
 # What the axes of the paper show, in its symbols (model units).
 BELT_VELOCITY, NOISE, TIME = "$u$", r"$\sigma$", "$t$"
@@ -28,10 +28,7 @@ _RASTER_FROM = 5000  # more points than this are an image in the PDF
 
 
 def draws(figures):
-    """Decorator of the function that draws the figure of its name: styled, and with all its data.
-
-    Without what its entry in `figures` uses, checks excepted, it raises InputError in one line.
-    """
+    """Decorator of the function that draws the figure of its name: in style, with all its data."""
 
     def decorated(draw):
         entry = figures[draw.__name__]
@@ -53,11 +50,9 @@ def draws(figures):
 def layers(data, name):
     """The scan of this name and "", then, if given, the one to draw over it and words for it."""
     scans = [(data[name], "")]
-    if name + CHECK in data:
-        over = data[name + CHECK]
-        method = over.attributes["method"]
+    if (over := data.get(name + CHECK)) is not None:
         # one that differs with the noise has several names
-        scans.append((over, METHODS.get(method, "other integrator")))
+        scans.append((over, METHODS.get(over.attributes["method"], "other integrator")))
     return scans
 
 
@@ -115,20 +110,12 @@ def remark(axes, text):
     return axes.set_title(text, loc="right", size=6.2, color="0.35")
 
 
-def note(axes, text, *, place=(0.5, 0.5), size=6.2, width=24):
+def note(axes, text, *, place=(0.5, 0.5), width=24):
     """A remark in the middle of a panel, or at `place` in its coordinates; `width` in letters."""
-    axes.text(
-        *place,
-        textwrap.fill(text, width),
-        transform=axes.transAxes,
-        ha="center",
-        va="center",
-        size=size,
-        zorder=9,
-        style="italic",
-        color="0.25",
-        bbox={"boxstyle": "round", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9},
-    ).set_in_layout(False)
+    look = {"ha": "center", "va": "center", "style": "italic", "color": "0.25", "zorder": 9}
+    look["bbox"] = {"boxstyle": "round", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9}
+    words = textwrap.fill(text, width)
+    axes.text(*place, words, transform=axes.transAxes, size=6.2, **look).set_in_layout(False)
 
 
 @contextmanager
@@ -144,9 +131,8 @@ def legend_above(axes, **changes):
     """Legend over a panel, beside its letter, if anything in the panel has words."""
     if axes.get_legend_handles_labels()[1]:
         place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4}
-        axes.legend(
-            **(place | {"frameon": False, "borderaxespad": 0.1, "borderpad": 0.1} | changes)
-        )
+        place |= {"frameon": False, "borderaxespad": 0.1, "borderpad": 0.1}
+        axes.legend(**place | changes)
 
 
 # --- ranges, enlarged parts, spectra --------------------------------------------------------------
@@ -272,8 +258,7 @@ def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **chan
 
 def finish_curves(axes, *, xlabel, ncols=4):
     """Axes and legend, above the panel, of r against something; says so when there is none."""
-    axes.set_xlabel(xlabel)
-    axes.set_ylabel(DISORDER)
+    axes.set(xlabel=xlabel, ylabel=DISORDER)
     if not axes.lines:
         note(axes, "no points in this scan")
         return
@@ -290,24 +275,15 @@ def band_diagram(axes, row, *, colour=style.BLUE, size, label="", aside=0.0):
     abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[crossed]
     # Few dots can afford to be large, many must let through what lies below.
     crowd = (abscissa.size / 10000) ** 0.3
-    axes.plot(
-        abscissa + aside,
-        velocities[crossed],
-        linestyle="none",
-        marker=".",
-        markersize=size * np.clip(1 / crowd, 0.5, 2.0),
-        markeredgewidth=0,
-        color=colour,
-        alpha=np.clip(0.7 / crowd, 0.4, 0.9),
-        label=label,
-        rasterized=abscissa.size > _RASTER_FROM,
-    )
+    look = {"markersize": size * np.clip(1 / crowd, 0.5, 2.0), "markeredgewidth": 0}
+    look |= {"alpha": np.clip(0.7 / crowd, 0.4, 0.9), "rasterized": abscissa.size > _RASTER_FROM}
+    axes.plot(abscissa + aside, velocities[crossed], ".", color=colour, label=label, **look)
 
 
-def finish_diagram(axes, **words):
+def finish_diagram(axes):
     """Says so when a band diagram has no dots."""
     if not axes.lines:
-        note(axes, "no crossing of the section in this scan", **words)
+        note(axes, "no crossing of the section in this scan")
 
 
 def section_name(row):
@@ -397,7 +373,7 @@ def laminar_phases(series, laminar_time):
     # without an event the last block rides on the belt for good, or slips for good
     if not np.any(events["block"] == n_blocks) and np.any(relative_velocity != 0):
         return np.array([[span["start"], span["stop"]]])
-    return intermittency.last_block_phases(events, n_blocks, laminar_time, **span)
+    return states.last_block_phases(events, n_blocks, laminar_time, **span)
 
 
 def half_laminar(series, laminar_time, length):

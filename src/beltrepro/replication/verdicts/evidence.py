@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.base.errors import NotEnoughDataError, require
-from beltrepro.stats import intermittency, sections, states, transition
+from beltrepro.stats import sections, states, transition
 from beltrepro.stats.estimates import Estimate
 
 # Chaotic transients last up to 1e4 (inset of Fig. 12). A run that discards less than this shows
@@ -202,9 +202,7 @@ class Evidence:
         transient, duration = _lengths(dataset)
         events, n_blocks = dataset.arrays["events"], dataset.attributes["n_blocks"]
         shortest = float(self.settings["defaults"]["laminar_time"])
-        return intermittency.last_block_phases(
-            events, n_blocks, shortest, start=transient, stop=duration
-        )
+        return states.last_block_phases(events, n_blocks, shortest, start=transient, stop=duration)
 
 
 def _lengths(dataset) -> tuple[float, float]:

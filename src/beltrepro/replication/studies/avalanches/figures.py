@@ -69,7 +69,7 @@ def _law(axes, series):
         (ours, "fit: ", {}),
         (printed("spectrum-exponent"), "paper: ", _DASHED),
     ):
-        law = PowerLawFit(numbers["exponent"], np.nan, numbers["prefactor"], *FIT_BAND)
+        law = PowerLawFit(numbers["exponent"], numbers["prefactor"], *FIT_BAND)
         label = rf"{words}${law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
         panels.power_law(axes, law, label=label, **look)
     axes.set_ylim(bottom=axes.get_ylim()[0] / _ROOM)

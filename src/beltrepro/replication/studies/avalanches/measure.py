@@ -120,7 +120,7 @@ def spectral_law(
 
     exponent = estimates.bootstrap(lambda drawn: fit(drawn).exponent, [power])
     level = estimates.bootstrap(lambda drawn: np.log(fit(drawn).prefactor), [power])
-    prefactor = estimates.exponential(level)
+    prefactor = estimates.mapped(np.exp, level)
     if amplitude:
         exponent, prefactor = exponent.scaled(0.5), estimates.mapped(as_amplitude, prefactor)
     return Measurement(
@@ -236,14 +236,14 @@ def scale_free_fit(sample: Sample, *, search: bool = False) -> Measurement:
     values, chain = (column[above] for column in sample)
     shares = np.linspace(0, 0.9, STARTS_TRIED) if search else [0.0]
     worth = power_law.independent_values(np.log(values), chain)
-    fit = power_law.goodness_of_fit(values, np.quantile(values, shares), independent=worth)
-    low, high = fit.law.low, fit.law.high
+    fit = power_law.goodness_of_fit(values, np.quantile(values, shares), worth)
+    low, high = fit.low, fit.high
     logs = np.where(values >= low, np.log(values), np.nan)
     sums = [(np.isfinite(part).sum(), np.nansum(part)) for part in Sample(logs, chain).by_chain()]
 
     def exponent(drawn):
         count, total = drawn.sum(axis=0)
-        return power_law.fit_law(total / count, low, high).exponent
+        return power_law.fit_exponent(total / count, low, high)
 
     return Measurement(
         {"p of the power law": Estimate(fit.p, fit.p, fit.p, len(sums))},
@@ -284,7 +284,7 @@ def growth(samples: dict[int, Sample]) -> Growth:
     require(all(np.isfinite(log.high) for log in logs), "one chain tells no interval of a cutoff")
     sizes = np.array(list(samples))
     power = estimates.slope(np.log(sizes), logs)
-    return Growth(sizes, list(map(estimates.exponential, logs)), power)
+    return Growth(sizes, [estimates.mapped(np.exp, log) for log in logs], power)
 
 
 def collapse(samples: dict[int, Sample]) -> Measurement:

@@ -8,7 +8,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.chaos.measure import POINT
 from beltrepro.stats import motion, sections
-from beltrepro.stats.survival import LASTING, SEEN, TRANSIENT, kaplan_meier
+from beltrepro.stats.survival import LASTING, SEEN, TRANSIENT, kaplan_meier, observed
 
 FIGURES = {
     "motion_map": Figure(uses=("motion_map", "mean_lifetimes"), category="Further studies"),
@@ -229,7 +229,7 @@ def _curve(runs, *point):
     """Survival of the runs at one point."""
     chosen = _at(runs.arrays, *point)
     lifetime, settled = runs.arrays["lifetime"][chosen], runs.arrays["settled"][chosen]
-    return kaplan_meier(lifetime, settled, horizon=_horizon(runs))
+    return kaplan_meier(*observed(lifetime, settled, horizon=_horizon(runs)))
 
 
 def _half_ends(runs, size, spread):

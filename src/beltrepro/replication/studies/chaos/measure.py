@@ -1,5 +1,6 @@
 """Irregular and periodic motion: where runs end, how long they are irregular, and exponents."""
 
+from contextlib import suppress
 from itertools import takewhile
 
 import numpy as np
@@ -9,7 +10,7 @@ import scipy
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
-from beltrepro.stats import dimension, estimates, sections, survival
+from beltrepro.stats import estimates, sections, survival
 from beltrepro.stats.estimates import Estimate, share_of
 from beltrepro.stats.motion import CHAOTIC, ERRORS, MOTIONS, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
@@ -97,15 +98,12 @@ def _lasting(runs, horizon) -> dict:
 
 def _lifetime(lifetime, settled, span) -> dict:
     """Mean lifetime and test; empty where too few runs carry them."""
-    row: dict = {"counted": 0, "ended": 0}
-    try:
-        mean = survival.mean_lifetime(lifetime, settled, **span)
-        row |= {"counted": mean.runs, "ended": mean.ended, "lifetime": mean.mean}
-        row |= {"lifetime_lower": mean.lower, "lifetime_upper": mean.upper}
-        test = survival.weibull_test(lifetime, settled, **span)
-        row |= {"shape": test.shape, "shape_p": test.p}
-    except NotEnoughDataError:
-        pass
+    time, ended = survival.observed(lifetime, settled, **span)
+    row: dict = {"counted": time.size, "ended": int(ended.sum())}
+    with suppress(NotEnoughDataError):
+        mean = survival.mean_lifetime(time, ended)
+        row |= mean.named("lifetime", "lifetime_lower", "lifetime_upper")
+        row["shape_p"], row["shape"] = survival.weibull_test(time, ended)
     return row
 
 
@@ -125,14 +123,14 @@ def section_dimension(points: np.ndarray, n_groups: int) -> Estimate:
     runs, place = np.unique(points["point"], return_inverse=True)
     n_groups = min(n_groups, runs.size, points.size // POINTS_OF_GROUP)
     require(n_groups >= FEWEST_GROUPS, f"{points.size} section points are too few")
-    whole = dimension.correlation_dimension(coordinates)
+    whole, error = sections.correlation_dimension(coordinates)
     parts = [
-        dimension.correlation_dimension(coordinates[place % n_groups == group]).dimension
+        sections.correlation_dimension(coordinates[place % n_groups == group])[0]
         for group in range(n_groups)
     ]
     scatter = estimates.mean(parts)
-    reach = np.hypot(scatter.high - scatter.value, scipy.stats.norm.ppf(0.975) * whole.error)
-    return Estimate(whole.dimension, whole.dimension - reach, whole.dimension + reach, runs.size)
+    reach = np.hypot(scatter.high - scatter.value, scipy.stats.norm.ppf(0.975) * error)
+    return estimates.about(whole, reach, reach, runs.size)
 
 
 # --- what the page says ---------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import mean, share_of
-from beltrepro.stats.intermittency import LAMINAR_SHARE
+from beltrepro.stats.states import LAMINAR_SHARE
 
 N_BLOCKS, RUNS = 5, "n5_replicates"
 SHORTEST_S = 900.0  # of a trial: the paper's are some hundred seconds long

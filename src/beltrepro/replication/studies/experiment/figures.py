@@ -25,7 +25,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import measure
 from beltrepro.simulation.picture import SUFFIXES
 from beltrepro.stats import estimates
-from beltrepro.stats.lines import BAND_HZ, LEAST_PEAKS, lines, spacing
+from beltrepro.stats.spectra import BAND_HZ, LEAST_PEAKS, lines, spacing
 
 FIGURES = {
     "fig01": Figure(uses=(), number="1"),

@@ -13,7 +13,7 @@ from beltrepro.replication.camera.recording import LASTING_S, analyse
 from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
 from beltrepro.replication.plan.registry import Table
 from beltrepro.stats.estimates import share
-from beltrepro.stats.intermittency import slips_of_all
+from beltrepro.stats.states import slips_of_all
 
 TABLES = {
     "alternation": Table(uses=("trials_free",)),

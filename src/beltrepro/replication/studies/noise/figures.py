@@ -9,7 +9,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.replication.verdicts.motions import N_BLOCKS
-from beltrepro.stats import intermittency, sections
+from beltrepro.stats import sections, states
 
 FIGURES = {
     "fig13": Figure(
@@ -215,7 +215,7 @@ def fig17(data):
 
 def _marks(axes, row, span):
     """At the foot of each u: whether the last block slips on, or both motions take turns."""
-    low, high = intermittency.LAMINAR_SHARE
+    low, high = states.LAMINAR_SHARE
     share = sections.spread(row["belt_velocity"], row["laminar_fraction"])
     foot = span[0] - FOOT / 2 * (span[1] - span[0])
     for chosen, colour in (
@@ -274,7 +274,7 @@ def fig18(data):
 
 def _dots(axes, points):
     """White dots at the ends of the intermittent range at each noise, small ones between them."""
-    mask = intermittency.intermittent_mask(points)
+    mask = states.intermittent_mask(points)
     if not mask.any():
         panels.remark(axes, "no point is intermittent")
         return
@@ -300,7 +300,7 @@ def _shares(axes, scan):
         agree = np.all(spread.high - spread.low <= _ONE_MOTION)
         look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
         panels.draw_runs(axes, *share, index, label=label, **look)
-    for limit in intermittency.LAMINAR_SHARE:
+    for limit in states.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
     panels.legend_above(axes)

@@ -12,8 +12,8 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
-from beltrepro.stats.intermittency import intermittent_mask
-from beltrepro.stats.lines import LEAST_PEAKS, SEGMENT_S, lines, spacing
+from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
+from beltrepro.stats.states import intermittent_mask
 
 
 def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
@@ -114,7 +114,7 @@ def typical_disorder(table: Cut, noise: float, time_step: float) -> Estimate:
     """Geometric mean of r over the runs, which has no interval below zero."""
     here = np.isclose(table.noise, noise) & np.isclose(table.points["time_step"], time_step)
     require(here.any(), f"no runs with sigma = {noise:g}, dt = {time_step:g}")
-    return estimates.exponential(estimates.mean(np.log(table.disorder[here])))
+    return estimates.mapped(np.exp, estimates.mean(np.log(table.disorder[here])))
 
 
 # --- laminar and chaotic phases: in which runs, with which spectra, and where in the map ----------
@@ -180,7 +180,7 @@ def _share_with_lines(stretches):
 def region(evidence, low, high):
     """Where the map is intermittent, for laminar phases of some share of the time."""
     table, quiet = evidence.table("n5_map"), evidence.replicates(5, 0.0)
-    mask = intermittent_mask(table.points, low=low, high=high)
+    mask = intermittent_mask(table.points, (low, high))
     first, second, third, _ = (_width(table, mask, *group) for group in GROUPS)
     weak, strong = _width(table, mask, 0.0, 4.0), _width(table, mask, 4.0, 8.0)
     below, across = difference(second, first), difference(third, second)

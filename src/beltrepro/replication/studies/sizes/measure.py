@@ -5,8 +5,7 @@ import scipy
 
 from beltrepro.base.errors import require
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.stats import estimates, transition
-from beltrepro.stats import intermittency as laminar
+from beltrepro.stats import estimates, states, transition
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.transition import LEAST_RUNS
 
@@ -28,7 +27,7 @@ def intermittency(row):
     runs = np.column_stack([row.belt_velocity, share])
     return Measurement(
         {
-            "intermittent": estimates.share_of(laminar.intermittent_mask(row.points)),
+            "intermittent": estimates.share_of(states.intermittent_mask(row.points)),
             "lasts": estimates.share_of(lasting),
             "laminar share over u": estimates.bootstrap(_rank_correlation, [runs]),
         },

@@ -11,7 +11,6 @@ from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, between, settling
 from beltrepro.stats import estimates, states
-from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import PERIODIC
 
 LEAST_RUNS = 4
@@ -207,16 +206,12 @@ def time_to_settle(evidence):
 
 def _lifetimes(evidence, runs):
     near, far, everywhere = (
-        _estimate(runs.mean(*evidence.claim.parameters[name]))
-        for name in ("near", "far", "belt_velocity")
+        runs.mean(*evidence.claim.parameters[name]) for name in ("near", "far", "belt_velocity")
     )
+    for lifetime in (near, far, everywhere):
+        require(np.isfinite(lifetime.value), "longer runs are needed for a lifetime")
     judged = {"near over far": estimates.ratio(near, far), "tau": everywhere}
     return Measurement(judged, {"tau near": near, "tau far": far})
-
-
-def _estimate(lifetime):
-    require(np.isfinite(lifetime.mean), "longer runs are needed for a lifetime")
-    return Estimate(lifetime.mean, lifetime.lower, lifetime.upper, lifetime.runs)
 
 
 @claim("continuous-slip", SCHEME)

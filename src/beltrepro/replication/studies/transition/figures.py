@@ -200,8 +200,8 @@ def _means(ends_of):
         for place in np.unique(ends.belt_velocity):
             with suppress(NotEnoughDataError):
                 lifetime = ends.mean(place, place)
-                if lifetime.time > 0:
-                    rows.append((place, lifetime.mean, lifetime.lower, lifetime.upper))
+                if lifetime.low > 0:
+                    rows.append((place, *lifetime.numbers))
     return np.array(rows).reshape(-1, 4).T
 
 

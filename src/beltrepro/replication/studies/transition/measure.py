@@ -17,8 +17,7 @@ from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.replication.verdicts.motions import N_BLOCKS, between
 from beltrepro.stats import estimates, survival
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.recurrence import find_recurrence
-from beltrepro.stats.survival import MeanLifetime
+from beltrepro.stats.motion import find_recurrence
 from beltrepro.stats.transition import QUANTITIES
 
 TABLES = {
@@ -66,10 +65,10 @@ class Ends:
     belt_velocity: np.ndarray
     lifetime: np.ndarray
     ended: np.ndarray
-    mean_of: Callable[..., MeanLifetime]  # of lifetimes and which runs ended
+    mean_of: Callable[..., Estimate]  # of lifetimes and which runs ended
 
     @classmethod
-    def of(cls, runs, ended: str, mean_of: Callable[..., MeanLifetime], **where: float) -> "Ends":
+    def of(cls, runs, ended: str, horizon: float, mean_of: Callable, **where: float) -> "Ends":
         """Of the runs of five blocks with these values."""
         where |= {"n_blocks": N_BLOCKS}
         chosen = [np.isclose(runs.arrays[name], value) for name, value in where.items()]
@@ -77,9 +76,9 @@ class Ends:
         require(chosen.any(), "no lifetimes of five blocks")
         names = ("belt_velocity", "lifetime", ended)
         velocity, lifetime, end = (runs.arrays[name][chosen] for name in names)
-        return cls(velocity, lifetime, end.astype(bool), mean_of)
+        return cls(velocity, *survival.observed(lifetime, end, horizon=horizon), mean_of)
 
-    def mean(self, low: float, high: float) -> MeanLifetime:
+    def mean(self, low: float, high: float) -> Estimate:
         """Mean lifetime of the runs with low <= u <= high."""
         inside = between(self.belt_velocity, low, high)
         require(inside.any(), f"no lifetimes for {low:g} <= u <= {high:g}")
@@ -95,8 +94,7 @@ def until_settled(runs, spread: float) -> Ends:
     The runs are of kind settling.
     """
     horizon = survival.SEEN * float(runs.attributes["duration"])
-    mean_of = partial(survival.mean_lifetime, horizon=horizon)
-    return Ends.of(runs, "settled", mean_of, initial_spread=spread)
+    return Ends.of(runs, "settled", horizon, survival.mean_lifetime, initial_spread=spread)
 
 
 def until_last_stick(runs) -> Ends:
@@ -105,7 +103,7 @@ def until_last_stick(runs) -> Ends:
     Runs that do not escape may be on a stick-slip orbit, so only the others count.
     """
     horizon = float(runs.attributes["duration"]) - float(runs.attributes["settle_time"])
-    return Ends.of(runs, "escaped", partial(survival.mean_of_ended, horizon=horizon))
+    return Ends.of(runs, "escaped", horizon, partial(survival.mean_of_ended, horizon=horizon))
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
