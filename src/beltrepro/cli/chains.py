@@ -196,20 +196,22 @@ def watch(options: argparse.Namespace) -> None:
 
     It is seen from above, in real time: which blocks stick and slip, the pull of the springs,
     x_N(t) and r. In the window, sliders change the belt velocity and the noise at once, and keys,
-    which it lists, pause, step and change the speed. With --output it writes a film and needs no
-    display. The motion is that of event.
+    which its title lists, pause, step and change the speed. With --output it writes a film and
+    needs no display. The motion is that of event.
     """
     with needing("beltrepro watch", "watch"):
         from beltrepro.extras import watch as watching
-    pace = within("speed", options.speed, ge=0.05, le=50), within("fps", options.fps, ge=1, le=120)
-    chain = watching.begin(chain_of(options), options.transient, options.seed)
+    ends = watching.SPEEDS
+    speed = within("speed", options.speed, ge=ends[0], le=ends[1])
+    rate = within("fps", options.fps, ge=1, le=120)
+    if options.duration is not None and not options.output:
+        text = f"duration = {options.duration:g}: only a film has one, give --output too"
+        raise InputError(text)
+    chain = watching.Watched(chain_of(options), options.transient, options.seed)
     if options.output:
         duration = 20.0 if options.duration is None else options.duration
         progress = shared.progress_of("film")
-        view = watching.write_film(options.output, chain, *pace, duration, progress)
-        print(f"{options.output}: {1000 * view.metres_per_pixel:.4g} mm of the belt in a pixel")
-    elif options.duration is not None:
-        text = f"duration = {options.duration:g}: only a film has one, give --output too"
-        raise InputError(text)
+        count = watching.write_film(options.output, chain, speed, rate, duration, progress)
+        print(f"{options.output}: {count} frames")
     else:
-        watching.open_window(chain, *pace)
+        watching.open_window(chain, speed, rate)
