@@ -25,7 +25,7 @@ _WITH_VERDICT = "only claims with this verdict: yes, in-part, no, open, not-test
 
 @command(
     ("results", Path, PLACED, "folder of a run, as results/smoke"),
-    ("list", Path, None, "the list (docs/results/NAME.json)"),
+    ("list", Path, None, "the list (docs/results/NAME.json, of the same name as the folder)"),
     ("write", bool, False, "write the list from these results instead"),
 )
 def verify(options: argparse.Namespace) -> int:
@@ -45,13 +45,15 @@ def verify(options: argparse.Namespace) -> int:
     if not options.results.is_dir():
         raise InputError(f"{options.results}: no such folder")
     findings = list(verification.compare(options.results, verification.read_list(path)))
-    wrong = [finding for finding in findings if finding.outcome == verification.WRONG]
-    for finding in wrong:
-        print(f"error: {finding.words}", file=sys.stderr)
+    for finding in findings:
+        if finding.words:
+            print(f"error: {finding.words}", file=sys.stderr)
     counts = Counter(finding.outcome for finding in findings)
     print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
-    print(verification.conclusion(findings))
-    return int(bool(wrong))
+    meanings = verification.MEANINGS
+    worst = next((outcome for outcome in meanings if counts[outcome]), verification.SAME)
+    print(meanings[worst])
+    return int(worst == verification.WRONG)
 
 
 @command(
