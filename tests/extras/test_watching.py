@@ -104,24 +104,3 @@ def test_the_command_writes_a_film_in_which_the_last_block_is_white(tmp_path, ca
     end = watch.View(chain, figure).blocks.axes.get_xlim()[1]
     place = left + (right - left) * LENGTH_M * chain.state.positions[-1] / end
     assert middle == pytest.approx(place, abs=1.5)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"output": "a.mp4", "duration": "0.01"}, "duration = 0.01: must be at least 0.0416667"),
-        ({"output": "a.gif"}, "a.gif: must end in .mp4"),
-        ({"fps": "0"}, "fps = 0: must be at least 1 and at most 120"),
-        ({"speed": "-1"}, "speed = -1: must be at least 0.05 and at most 50"),
-        ({"duration": "5"}, "only a film has one, give --output too"),
-        ({}, "no display to open a window on: write a film with --output"),
-    ],
-)
-def test_bad_input_is_one_line(changes, message, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(watch.picture, "display", lambda: "")
-    settings = {"n-blocks": "2", "belt-velocity": "15"} | changes
-    assert cli.main(["watch", *(f"--{name}={value}" for name, value in settings.items())]) == 2
-    said = capsys.readouterr()
-    assert said.out == "" and message in said.err and len(said.err.splitlines()) == 1
-    assert list(tmp_path.iterdir()) == []
