@@ -1,42 +1,38 @@
 """The command `beltrepro`: results as JSON or file, and errors in one line."""
 
 import json
-from contextlib import redirect_stderr, redirect_stdout
-from io import StringIO
-from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from beltrepro import ChainParameters, Grid, classify, scan, simulate
 from beltrepro.base import store
 from beltrepro.cli import app as cli
+from beltrepro.replication.camera.track import Track
+from beltrepro.simulation import picture
 
-CHAIN = {"n-blocks": 3, "belt-velocity": 20, "noise": 1, "duration": 30, "transient": 10}
-
-
-def words(*flags, action="simulate", **changes):
-    settings = CHAIN | {name.replace("_", "-"): value for name, value in changes.items()}
-    return [action, *(f"--{name}={value}" for name, value in settings.items()), *flags]
+CHAIN = {"n_blocks": 3, "belt_velocity": 20, "noise": 1, "duration": 30, "transient": 10}
+ORBIT = {"n_blocks": 2, "belt_velocity": 5, "duration": 2000, "transient": 1000}
 
 
-def command(*flags, **changes):
-    """What the command says and returns, without a process of its own."""
-    stdout, stderr = StringIO(), StringIO()
-    with redirect_stdout(stdout), redirect_stderr(stderr):
-        try:
-            code = cli.main(words(*flags, **changes))
-        except SystemExit as end:
-            code = end.code
-    return SimpleNamespace(returncode=code, stdout=stdout.getvalue(), stderr=stderr.getvalue())
+@pytest.fixture
+def command(capsys):
+    """Runs a command; returns what it wrote to stdout, as values if asked, and to stderr."""
+
+    def run(action, *words, status=0, **options):
+        flags = [f"--{name.replace('_', '-')}={value}" for name, value in options.items()]
+        assert cli.main([action, *map(str, words), *flags]) == status
+        out, err = capsys.readouterr()
+        return (json.loads(out) if "--json" in words else out), err
+
+    return run
 
 
-def test_json_is_what_simulate_returns():
+def test_json_is_what_simulate_returns(command):
     law = {"static_friction": 80.0, "friction_ratio": 0.3, "rest_length": 40.0}
     law |= {"linear_limit": 15.0, "compression_rate": 0.1, "extension_rate": 0.02}
-    done = command("--json", seed=4, tolerance=1e-4, **law)
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
+    result, _ = command("simulate", "--json", seed=4, tolerance=1e-4, **CHAIN, **law)
     chain = ChainParameters(3, 20.0, 1.0, **law)
     how = {"seed": 4, "tolerance": 1e-4, "sample_interval": None}
     run = simulate(chain, duration=30.0, transient=10.0, **how)
@@ -45,124 +41,158 @@ def test_json_is_what_simulate_returns():
     assert result["events"] == len(run.events) > 0
     expected = law | {"n_blocks": 3, "method": "event", "seed": 4, "tolerance": 1e-4}
     assert expected.items() <= result.items()
+    assert command("simulate", "--json", linear_limit="inf", **CHAIN)[0]["linear_limit"] is None
 
 
-def test_the_output_file_holds_the_samples_and_stays_unless_forced(tmp_path):
+def test_the_output_file_holds_the_samples_and_stays_unless_forced(command, tmp_path):
     path = tmp_path / "run.h5"
     path.write_text("mine")
-    done = command(output=path)
-    assert done.returncode == 2 and path.read_text() == "mine"
-    assert done.stderr == f"error: output = {path}: is there already; --force overwrites it\n"
-    done = command("--json", "--force", output=path, sample_interval=0.5)
-    assert done.returncode == 0, done.stderr
+    _, said = command("simulate", output=path, status=2, **CHAIN)
+    assert said == f"error: output = {path}: is there already; --force overwrites it\n"
+    assert path.read_text() == "mine"
+    result, _ = command("simulate", "--json", "--force", output=path, sample_interval=0.5, **CHAIN)
     data = store.read(path)
     assert data.arrays["positions"].shape == (61, 3)
     assert (data.attributes["belt_velocity"], data.attributes["kind"]) == (20, "run")
-    assert len(data.arrays["events"]) == json.loads(done.stdout)["events"]
-    assert command("--force", output=path).returncode == 0  # ten samples a unit of time
-    assert store.read(path).arrays["positions"].shape == (301, 3)
+    assert len(data.arrays["events"]) == result["events"]
 
 
-def test_a_warning_is_one_line_without_a_place_in_the_code():
-    said = command(n_blocks=7, belt_velocity=12, duration=300, transient=0).stderr
+def test_a_warning_is_one_line_without_a_place_in_the_code(command):
+    _, said = command("simulate", n_blocks=7, belt_velocity=12, noise=1, duration=300)
     assert said.startswith("warning: loading is measured too") and said.count("\n") == 1
 
 
-def test_classify_prints_the_motion():
-    settings = {"action": "classify", "n_blocks": 2, "belt_velocity": 5, "noise": 0}
-    done = command("--json", duration=2000, transient=1000, seed=4, **settings)
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
-    assert (result["state"], result["period_events"]) == ("periodic", 3)
-    assert result["period_time"] == pytest.approx(29.2705, abs=1e-4)
-    assert {"largest_exponent", "standard_error", "disorder_parameter", "mean_length"} <= set(
-        result
+def test_another_chain_than_that_of_the_run_gone_on_with_is_told(command, tmp_path):
+    path = tmp_path / "half.h5"
+    chain = ChainParameters(3, 20.0, 1.0, mass=(1, 2, 1))
+    simulate(chain, duration=30, transient=10).save(path)
+    _, said = command("simulate", from_state=path, **CHAIN | {"noise": 0})
+    assert said == (
+        f"warning: not the chain of {path}: noise 1.0 -> 0.0, mass (1.0, 2.0, 1.0) -> 1.0\n"
     )
-    assert (result["method"], result["seed"], result["replicate"]) == ("event", 4, 0)
+    simulate(ChainParameters(3, 20.0, 1.0), duration=30, transient=10).save(path)
+    assert command("simulate", from_state=path, **CHAIN)[1] == ""
+
+
+def test_classify_prints_the_motion(command):
+    result, _ = command("classify", "--json", seed=4, **ORBIT)
     motion = classify(ChainParameters(2, 5.0), duration=2000, transient=1000, seed=4)
-    assert result["largest_exponent"] == motion.largest_exponent
-    chaotic = settings | {"n_blocks": 7, "belt_velocity": 10, "duration": 400, "transient": 100}
-    assert json.loads(command("--json", **chaotic).stdout)["period_time"] is None
-    assert "largest_exponent" in command(**chaotic).stdout
+    expected = {name: value for name, value in vars(motion).items() if name != "parameters"}
+    assert result["period_time"] == pytest.approx(29.2705, abs=1e-4)
+    expected |= {"method": "event", "seed": 4, "replicate": 0, "n_blocks": 2}
+    assert expected.items() <= result.items()
+    chaotic = {"n_blocks": 7, "belt_velocity": 10, "noise": 1, "duration": 400, "transient": 100}
+    assert command("classify", "--json", **chaotic)[0]["period_time"] is None
 
 
-def test_classify_follows_the_orbit():
-    settings = {"action": "classify", "n_blocks": 2, "belt_velocity": 5, "noise": 0}
-    settings |= {"duration": 2000, "transient": 1000, "lower": 4.9, "upper": 5.2, "step": 0.1}
-    result = json.loads(command("--json", **settings).stdout)
+def test_classify_follows_the_orbit(command):
+    ends = {"lower": 4.9, "upper": 5.2, "step": 0.1}
+    result, _ = command("classify", "--json", **ORBIT, **ends)
     assert (result["lower"], result["upper"], result["passed"]) == (4.9, 5.2, [])
     assert result["lower_end"] == result["upper_end"] == "the edge of the range"
     assert result["word"] == "1- 1| 1- 2- 1| 2|"
     assert result["orbits"]["belt_velocity"] == pytest.approx([4.9, 5.0, 5.1, 5.2])
     other = {"quantity": "friction_ratio", "lower": 0.44, "upper": 0.46}
-    shown = command(**settings | other).stdout
+    shown, _ = command("classify", **ORBIT, **other)
     assert "friction_ratio  period_time  period_events" in shown
-    assert "step: only a branch has one" in command(action="classify", step=1).stderr
-    done = command(**settings, quantity="noise")
-    assert (done.returncode, done.stdout) == (2, "") and "quantity = 'noise'" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"n_blocks": 0}, "n_blocks = 0"),
-        ({"transient": 31}, "transient = 31"),
-        ({"method": "euler"}, "method = 'euler'"),
-        ({"method": "verlet", "tolerance": 1e-8}, "tolerance = 1e-08: method 'verlet' has none"),
-        ({"tolerance": 2}, "tolerance = 2: must be at least 1e-16 and at most 1"),
-        ({"output": "no/such/folder/run.h5"}, "output = no/such/folder/run.h5"),
-        ({"output": "run.csv"}, "must end in .h5"),
-        ({"belt_velocity": "1:5:1"}, "a number is needed; `beltrepro scan` takes lists and ranges"),
-        ({"action": "classify", "method": "verlet"}, "only 'event' has a tangent dynamics"),
-    ],
-)
-def test_bad_input_is_one_line(changes, message):
-    done = command(**changes)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert message in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+WORDS = {"n_blocks": "2,3", "belt_velocity": "5:20:15", "duration": 60, "transient": 20}
 
 
-def test_another_chain_than_that_of_the_run_gone_on_with_is_told(tmp_path):
-    path = tmp_path / "half.h5"
-    chain = ChainParameters(3, 20.0, 1.0, mass=(1, 2, 1))
-    simulate(chain, duration=30, transient=10).save(path)
-    changed = command(f"--from-state={path}", noise=0)
-    assert changed.returncode == 0
-    assert changed.stderr == (
-        f"warning: not the chain of {path}: noise 1.0 -> 0.0, mass (1.0, 2.0, 1.0) -> 1.0\n"
-    )
-    simulate(ChainParameters(3, 20.0, 1.0), duration=30).save(path)
-    assert command(f"--from-state={path}").stderr == ""
-
-
-# --- scan ---
-
-WORDS = ["--n-blocks=2,3", "--belt-velocity=5:20:15", "--duration=60", "--transient=20"]
-
-
-def test_the_command_takes_lists_and_ranges(capsys, tmp_path):
-    more = ["--friction-ratio=0.45,0.6", "--noise=1", "--replicates=2", "--seed=4"]
-    more.append("--initial-spread=0.5")
-    assert cli.main(["scan", *WORDS, *more, "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)
+def test_scan_takes_lists_and_ranges(command, tmp_path):
+    more = {"friction_ratio": "0.45,0.6", "noise": 1, "replicates": 2, "seed": 4}
+    rows, _ = command("scan", "--json", initial_spread=0.5, **WORDS, **more)
     grid = Grid([2, 3], [5.0, 20.0], 1.0, friction_ratio=[0.45, 0.6], replicates=2)
     direct = scan(grid, seed=4, duration=60.0, transient=20.0, initial_spread=0.5)
     values = [row["disorder_parameter"] for row in rows]
     assert values == pytest.approx(direct["disorder_parameter"].tolist(), rel=1e-12)
     assert [row["belt_velocity"] for row in rows[:8]] == [5.0] * 4 + [20.0] * 4
     path = tmp_path / "scan.csv"
-    assert cli.main(["scan", *WORDS, "--workers=1", f"--output={path}"]) == 0
+    assert command("scan", workers=1, output=path, **WORDS)[0] == f"{path}: 4 points\n"
     assert len(pd.read_csv(path)) == 4
-    assert capsys.readouterr().out == f"{path}: 4 points\n"
-    assert cli.main(["scan", *WORDS]) == 0
-    heading = capsys.readouterr().out.splitlines()[0].split()
+    heading = command("scan", **WORDS)[0].splitlines()[0].split()
     assert heading[:3] == ["n_blocks", "belt_velocity", "disorder_parameter"]
-
-
-def test_a_range_has_both_ends(capsys):
-    words = ["--n-blocks=1", "--belt-velocity=1:2:0.2,5", "--duration=5", "--json"]
-    assert cli.main(["scan", *words]) == 0
-    rows = json.loads(capsys.readouterr().out)
+    rows, _ = command("scan", "--json", n_blocks=1, belt_velocity="1:2:0.2,5", duration=5)
     assert [row["belt_velocity"] for row in rows] == [1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 5.0]
+
+
+# --- film, track, analyse ---
+
+
+def test_a_chain_is_filmed_tracked_and_analysed(command, tmp_path):
+    movie, table, picture = (tmp_path / name for name in ("a.mp4", "a.csv", "a.png"))
+    chain = {"n_blocks": 2, "belt_velocity": 15, "duration": 160, "transient": 60}
+    filmed, _ = command("film", "--json", output=movie, dropped=0.02, **chain)
+    assert filmed["seconds"] == pytest.approx(100 * 0.0765, abs=0.1)
+    known = {"scale": filmed["scale"], "zero": filmed["zero"]}
+    tracked, _ = command("track", movie, "--json", output=table, **known)
+    assert (tracked["frames"], tracked["lost_s"]) == (filmed["frames"], [])
+    track = Track.load(table)
+    assert len(track.time_s) == tracked["frames"]
+    assert tracked["seconds"] == pytest.approx(np.ptp(track.time_s))
+    assert abs(tracked["angle"]) < 0.1
+    analysed, _ = command("analyse", table, "--json", output=picture)
+    assert analysed["disorder_parameter"] == pytest.approx(filmed["disorder_parameter"], rel=0.01)
+    assert analysed["mean_length_model"] == pytest.approx(analysed["mean_length"] / 1.4e-3)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+RECORDING = "time_s,x_m\n" + "".join(f"{row / 24},{0.8 + 0.01 * (row % 9)}\n" for row in range(60))
+
+
+def test_analyse_says_whether_blocks_are_in_x(command, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(RECORDING)
+    plain, _ = command("analyse", path, "--json")
+    of_springs, _ = command("analyse", path, "--json", block_length=0.1)
+    assert (plain["blocks_m"], of_springs["blocks_m"]) == (0, 0.45)
+    assert of_springs["mean_length"] == pytest.approx(plain["mean_length"] - 0.45)
+    assert "--block-length takes them off" in command("analyse", path)[0]
+
+
+# --- what is refused ---
+
+FILM = CHAIN | {"output": "a.mp4"}
+WATCH = {"n_blocks": 2, "belt_velocity": 15}
+
+
+@pytest.mark.parametrize(
+    ("action", "options", "message"),
+    [
+        ("simulat", CHAIN, "command = 'simulat': allowed are simulate, scan, "),
+        ("simulat", CHAIN, "; did you mean 'simulate'?"),
+        ("simulate", CHAIN | {"transient": 31}, "transient = 31"),
+        ("simulate", CHAIN | {"method": "verlet", "tolerance": 1e-8}, "'verlet' has none"),
+        ("simulate", CHAIN | {"output": "run.csv"}, "must end in .h5"),
+        ("simulate", CHAIN | {"belt_velocity": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
+        ("classify", CHAIN | {"method": "verlet"}, "only 'event' has a tangent dynamics"),
+        ("classify", CHAIN | {"step": 1}, "step: only a branch has one"),
+        ("classify", ORBIT | {"lower": 4, "quantity": "noise"}, "quantity = 'noise'"),
+        ("film", CHAIN | {"output": "no/such/folder/a.mp4"}, "its folder does not exist"),
+        ("film", FILM | {"width": 33}, "width = 33: must be an even number"),
+        ("film", FILM | {"metres_per_pixel": 1e-5}, "take a larger"),
+        ("film", FILM | {"transient": 50}, "transient = 50"),
+        ("analyse", {"transient": 500}, "0 samples"),
+        ("analyse", {"window": 0.1}, "window = 0.1: it must hold 3 samples or more"),
+        ("analyse", {"quiet": "nan"}, "quiet"),
+        ("analyse", {"block_length": -1}, "block_length = -1"),
+        ("analyse", {"block_length": 0.2}, "measured from the support, and hold the 0.9 m of"),
+        ("analyse", {"n_blocks": 0}, "n_blocks = 0"),
+        ("watch", WATCH | {"output": "a.mp4", "duration": 0.01}, "must be at least 0.0416667"),
+        ("watch", WATCH | {"fps": 0}, "fps = 0: must be at least 1 and at most 120"),
+        ("watch", WATCH | {"speed": -1}, "speed = -1: must be at least 0.05 and at most 50"),
+        ("watch", WATCH | {"duration": 5}, "only a film has one, give --output too"),
+        ("watch", WATCH, "no display to open a window on: write a film with --output"),
+    ],
+)
+def test_bad_input_is_one_line(command, tmp_path, monkeypatch, action, options, message):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(picture, "display", lambda: "")
+    files = {"analyse": ["a.csv"]}.get(action, [])
+    for name in files:
+        (tmp_path / name).write_text(RECORDING)
+    out, said = command(action, *files, status=2, **options)
+    assert out == "" and message in said
+    assert said.startswith("error: ") and said.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == files

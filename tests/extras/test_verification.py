@@ -101,7 +101,7 @@ def test_missing_and_damaged_files_are_named(compared, tmp_path):
     (folder / "datasets" / "rows.h5").unlink()
     assert "rows.h5: no such file" in compare()["rows"].words
     with pytest.raises(InputError, match="no datasets there"):
-        verification.make_list(folder)
+        verification.write_list(folder / "l.json", folder)
     for path in (folder / "tables" / "t.csv", folder / "claims.csv"):
         path.write_text(path.read_text().replace("\n", "\n\n", 1))
         assert f"{path}: damaged: its bytes" in compare()[path.stem].words
@@ -118,11 +118,9 @@ def test_a_difference_matters_if_a_verdict_differs(compared):
     write(folder, plan(), 0.01)
     comparisons = list(compare(**OTHER).values())
     assert {file.outcome for file in comparisons} == {SAME, NEAR}
-    assert verification.conclusion(comparisons).startswith("equal within the bounds")
     write_table(folder / "claims.csv", id=["a", "b"], replicated=["yes"] * 2, robust=["yes"] * 2)
     (wrong,) = (file for file in compare(**OTHER).values() if file.outcome == WRONG)
     assert wrong.words == "claim b: yes and yes here, yes and no in the list; this matters"
-    assert verification.conclusion([wrong]).startswith("different")
 
 
 def test_the_command_says_what_it_found(compared, tmp_path, capsys):
@@ -141,12 +139,14 @@ def test_the_command_says_what_it_found(compared, tmp_path, capsys):
 EMPTY_ENTRY = '{"preset": "a", "run": "a", "machine": {}, "tables": {}, "datasets": {"a": {}}}'
 
 
-@pytest.mark.parametrize("content", [None, "", "{", "{}", "[]", EMPTY_ENTRY])
-def test_an_unreadable_list_is_one_line(tmp_path, content, capsys):
-    if content is not None:
-        (tmp_path / "l.json").write_text(content)
-    assert cli.main(["verify", str(tmp_path), "--list", str(tmp_path / "l.json")]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
+@pytest.mark.parametrize("content", ["", "{}", EMPTY_ENTRY])
+def test_an_unreadable_list_is_one_line(tmp_path, content):
+    path = tmp_path / "l.json"
+    with pytest.raises(InputError, match="no such file"):
+        verification.read_list(path)
+    path.write_text(content)
+    with pytest.raises(InputError, match="not a list of results"):
+        verification.read_list(path)
 
 
 @pytest.mark.parametrize("share", [-1.2, -0.8, 0.8, 1.2])

@@ -12,7 +12,7 @@ from beltrepro import Catalogue, ChainParameters, ChainState, Grid, Results, Run
 from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
-from beltrepro.cli.options import grid, whole_grid
+from beltrepro.cli.options import grid
 
 CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
@@ -147,8 +147,8 @@ def test_misspelt_missing_and_wrong_options_are_named(capsys, monkeypatch, tmp_p
         if action.required:
             rest = {name: value for name, value in given.items() if name != option[2:]}
             refuse(capsys, command, rest, option)
-        if action.type in (int, float, grid, whole_grid):
-            for wrong in ("much", "", *(["1.5"] if action.type in (int, whole_grid) else [])):
+        if action.type in (int, float, grid):
+            for wrong in ("much", "", *(["1.5"] if action.type is int else [])):
                 refuse(capsys, command, given | {option[2:]: wrong}, option)
     assert list(tmp_path.iterdir()) == []
 

@@ -9,42 +9,40 @@ import beltrepro
 from beltrepro.base.checks import positive, within
 from beltrepro.base.errors import InputError, needing
 from beltrepro.cli import options as shared
-from beltrepro.cli.options import JSON, NUMERICS, PLACED, SPREAD, chain_of, command, values
 
-_PICTURES = (".png", ".pdf", ".svg")
 _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
 _FILE = """ The file of --output holds time (T), positions, velocities and friction (T, N) of the
 samples, in the laboratory frame, and the events; groups initial_state and final_state; and the
 settings as attributes. In Python: beltrepro.Run.load(FILE)."""
 
 
-@command(
-    *NUMERICS,
-    *shared.keys(None, None),
-    JSON,
-    ("sample_interval", float, 0.1, "time between samples in --output"),
+@shared.command(
+    *shared.NUMERICS,
+    ("seed", int, None, "fixes the random numbers (1, or that of --from-state)"),
+    ("replicate", int, None, "number of the repetition (0, or that of --from-state)"),
+    shared.JSON,
+    ("sample_interval", float, 0.1, "time between samples in --output (0.1)"),
     ("from_state", Path, None, "go on where the run in this file ended, with the chain given here"),
-    *shared.output("write the run to this .h5 file, see below"),
+    ("output", Path, None, "write the run to this .h5 file, see below"),
     *shared.chain_options(),
     epilog=shared.UNITS + _FILE,
     suffixes=(".h5",),
 )
 def simulate(options: argparse.Namespace) -> None:
     """Simulate one chain from all blocks stuck and undeformed springs."""
-    chain = chain_of(options)
+    chain, settings = shared.chain_of(options), shared.settings_of(options)
     positive("sample_interval", options.sample_interval)  # also where there are no samples
     before = beltrepro.Run.load(options.from_state) if options.from_state else None
     if before and before.parameters != chain:
-        pairs = {
-            name: (getattr(before.parameters, name), getattr(chain, name)) for name in shared.CHAIN
-        }
-        words = [f"{name} {old} -> {new}" for name, (old, new) in pairs.items() if old != new]
-        print(
-            f"warning: not the chain of {options.from_state}: {', '.join(words)}", file=sys.stderr
+        old, new = (
+            shared.values(before.parameters, *shared.CHAIN),
+            shared.values(chain, *shared.CHAIN),
         )
+        changes = ", ".join(f"{n} {old[n]} -> {new[n]}" for n in new if old[n] != new[n])
+        print(f"warning: not the chain of {options.from_state}: {changes}", file=sys.stderr)
     run = beltrepro.simulate(
         chain,
-        **shared.settings_of(options),
+        **settings,
         initial_state=before.final_state if before else None,
         sample_interval=options.sample_interval if options.output else None,
         progress=shared.progress_of(chain.describe()),
@@ -53,21 +51,21 @@ def simulate(options: argparse.Namespace) -> None:
     if options.output:
         run.save(options.output)
     measured = ("disorder_parameter", "mean_length", "energy_residual", "sum_rule_residual")
-    result = {name: getattr(run, name) for name in (*shared.settings_of(options), *measured)}
+    result = shared.values(run, *settings, *measured) | {"events": len(run.events)}
     if run.tolerance is None:
         del result["tolerance"]
-    shared.print_result(result | {"events": len(run.events)}, options.json, chain)
+    shared.print_result(result, options.json, chain)
 
 
-@command(
-    *NUMERICS,
-    ("seed", int, 1, "fixes the random numbers (1)"),
+@shared.command(
+    *shared.NUMERICS,
+    shared.SEED,
     ("replicates", int, 1, "runs at each combination (1)"),
-    SPREAD,
+    shared.SPREAD,
     ("workers", int, None, "cores to use; all of them if not given"),
     ("json", bool, False, "print the table as JSON"),
-    *shared.output("write the table to this .csv file, or all arrays to this .h5 file"),
-    *shared.chain_options(shared.whole_grid, shared.grid),
+    ("output", Path, None, "write the table to this .csv file, or all arrays to this .h5 file"),
+    *shared.chain_options(shared.grid),
     epilog="All numbers are in model units, as in `beltrepro simulate --help`. In Python: "
     "beltrepro.scan and beltrepro.Grid.",
     suffixes=(".csv", ".h5"),
@@ -82,11 +80,12 @@ def scan(options: argparse.Namespace) -> None:
     if options.json or options.output is None or options.output.suffix.lower() == ".csv":
         with needing("a table"):  # before hours of computing
             import pandas  # noqa: F401
-    chains = beltrepro.Grid(**values(options, *shared.CHAIN, "replicates"))
-    numerics = [name for name, *_ in NUMERICS]
-    settings = values(options, *numerics, "seed", "initial_spread", "workers")
-    progress = shared.progress_of("scan")
-    results = beltrepro.scan(chains, **settings, section_values=0, progress=progress)
+    chains = beltrepro.Grid(**shared.values(options, *shared.CHAIN, "replicates"))
+    names = (name for name, *_ in (*shared.NUMERICS, shared.SEED, shared.SPREAD))
+    settings = shared.values(options, *names, "workers")
+    results = beltrepro.scan(
+        chains, **settings, section_values=0, progress=shared.progress_of("scan")
+    )
     if options.output:
         results.save(options.output)
     if options.json:
@@ -98,13 +97,16 @@ def scan(options: argparse.Namespace) -> None:
         print(table.to_string(index=False, float_format="{:.6g}".format))
 
 
-@command(
-    ("run", Path, PLACED, "the file of the run, .h5"),
-    *shared.output(
+@shared.command(
+    ("run", Path, shared.PLACED, "the file of the run, .h5"),
+    (
+        "output",
+        Path,
+        None,
         "write the figure, .png, .pdf or .svg; without it a window opens, or the figure is written "
-        "beside the run as .png where there is no display"
+        "beside the run as .png where there is no display",
     ),
-    suffixes=_PICTURES,
+    suffixes=(".png", ".pdf", ".svg"),
 )
 def plot(options: argparse.Namespace) -> None:
     """Draw a run.
@@ -117,16 +119,17 @@ def plot(options: argparse.Namespace) -> None:
         from beltrepro.simulation import picture
     if options.output is None and not picture.display():
         options.output = options.run.with_suffix(".png")
-        shared.check_output(options.output, options.force)
+        shared.check_output(options.output, options.force, options.suffixes)
         print(f"no display: the figure is written to {options.output}")
     run.plot(options.output)
 
 
-@command(
-    *NUMERICS,
-    *shared.keys(),
-    SPREAD,
-    JSON,
+@shared.command(
+    *shared.NUMERICS,
+    shared.SEED,
+    shared.REPLICATE,
+    shared.SPREAD,
+    shared.JSON,
     *shared.chain_options(),
     "branch of its periodic orbit",
     ("lower", float, None, "least value to look at"),
@@ -146,8 +149,8 @@ def classify(options: argparse.Namespace) -> None:
     the range. Only event has all this. Several motions can coexist: with an initial spread another
     replicate or seed starts elsewhere.
     """
-    chain = chain_of(options)
-    settings = shared.settings_of(options) | values(options, "initial_spread")
+    chain = shared.chain_of(options)
+    settings = shared.settings_of(options) | shared.values(options, "initial_spread")
     progress = shared.progress_of(chain.describe())
     if options.lower is not None or options.upper is not None:
         orbit = beltrepro.periodic_orbit(chain, **settings, progress=progress)
@@ -163,14 +166,19 @@ def classify(options: argparse.Namespace) -> None:
 
 def _follow(orbit: Any, settings: dict[str, Any], options: argparse.Namespace) -> None:
     """Follow an orbit, and print its ends and the table."""
-    course = values(options, "lower", "upper", "step", "unstable", "tolerance")
-    progress = shared.progress_of("branch")
-    branch = beltrepro.orbit_branch(orbit, options.quantity, progress=progress, **course)
-    result = settings | {"quantity": branch.quantity, "word": branch.word}
-    for side in ("lower", "upper"):
-        result[side] = getattr(branch, side)
-        result[f"{side}_end"] = getattr(branch, f"{side}_end").text
-    result["passed"] = [f"{point.parameter:.6g}: {point.text}" for point in branch.passed]
+    course = shared.values(options, "lower", "upper", "step", "unstable", "tolerance")
+    branch = beltrepro.orbit_branch(
+        orbit, options.quantity, progress=shared.progress_of("branch"), **course
+    )
+    result = (
+        settings
+        | shared.values(branch, "quantity", "word", "lower", "upper")
+        | {
+            "lower_end": branch.lower_end.text,
+            "upper_end": branch.upper_end.text,
+            "passed": [f"{point.parameter:.6g}: {point.text}" for point in branch.passed],
+        }
+    )
     table = branch.table()
     if options.json:
         result["orbits"] = table.to_dict("list")
@@ -179,12 +187,12 @@ def _follow(orbit: Any, settings: dict[str, Any], options: argparse.Namespace) -
         print(f"\n{table.to_string(index=False, float_format='{:.6g}'.format)}")
 
 
-@command(
+@shared.command(
     ("transient", float, 2615.0, "model time that passes unseen first (2615: 200 s, as the paper)"),
-    ("seed", int, 1, "fixes the random numbers (1)"),
+    shared.SEED,
     ("speed", float, 1.0, "seconds of the chain in a second shown (1)"),
     ("fps", float, 24.0, "frames in a second (24)"),
-    *shared.output("write a film, .mp4"),
+    ("output", Path, None, "write a film, .mp4"),
     ("duration", float, None, "seconds of the film (20)"),
     *shared.chain_options(),
     epilog="Belt velocity, noise and transient are in model units: 0.0183 m/s, 0.0277 N and "
@@ -196,20 +204,22 @@ def watch(options: argparse.Namespace) -> None:
 
     It is seen from above, in real time: which blocks stick and slip, the pull of the springs,
     x_N(t) and r. In the window, sliders change the belt velocity and the noise at once, and keys,
-    which it lists, pause, step and change the speed. With --output it writes a film and needs no
-    display. The motion is that of event.
+    which its title lists, pause, step and change the speed. With --output it writes a film and
+    needs no display. The motion is that of event.
     """
     with needing("beltrepro watch", "watch"):
         from beltrepro.extras import watch as watching
-    pace = within("speed", options.speed, ge=0.05, le=50), within("fps", options.fps, ge=1, le=120)
-    chain = watching.begin(chain_of(options), options.transient, options.seed)
+    ends = watching.SPEEDS
+    speed = within("speed", options.speed, ge=ends[0], le=ends[1])
+    rate = within("fps", options.fps, ge=1, le=120)
+    if options.duration is not None and not options.output:
+        text = f"duration = {options.duration:g}: only a film has one, give --output too"
+        raise InputError(text)
+    chain = watching.Watched(shared.chain_of(options), options.transient, options.seed)
     if options.output:
         duration = 20.0 if options.duration is None else options.duration
         progress = shared.progress_of("film")
-        view = watching.write_film(options.output, chain, *pace, duration, progress)
-        print(f"{options.output}: {1000 * view.metres_per_pixel:.4g} mm of the belt in a pixel")
-    elif options.duration is not None:
-        text = f"duration = {options.duration:g}: only a film has one, give --output too"
-        raise InputError(text)
+        count = watching.write_film(options.output, chain, speed, rate, duration, progress)
+        print(f"{options.output}: {count} frames")
     else:
-        watching.open_window(chain, *pace)
+        watching.open_window(chain, speed, rate)

@@ -8,16 +8,16 @@ import beltrepro
 from beltrepro.base.checks import not_negative, positive
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.cli import options as shared
-from beltrepro.cli.options import JSON, NUMERICS, PLACED, REQUIRED, chain_of, command, values
 from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.camera.scene import Camera, Scene, camera_settings, lengths_of_blocks
 
 
-@command(
-    *NUMERICS,
-    *shared.keys(),
-    JSON,
-    *shared.output("the video, .mp4, .mov or .mkv", REQUIRED),
+@shared.command(
+    *shared.NUMERICS,
+    shared.SEED,
+    shared.REPLICATE,
+    shared.JSON,
+    ("output", Path, shared.REQUIRED, "the video, .mp4, .mov or .mkv"),
     *shared.chain_options(),
     "camera",
     *(
@@ -35,8 +35,8 @@ def film(options: argparse.Namespace) -> None:
     """
     from beltrepro.replication.camera import camera as cameras
 
-    chain = chain_of(options)
-    camera = Camera(**values(options, *camera_settings()), seed=options.seed)
+    chain = shared.chain_of(options)
+    camera = Camera(**shared.values(options, *camera_settings()), seed=options.seed)
     run = beltrepro.simulate(
         chain,
         **shared.settings_of(options),
@@ -60,13 +60,13 @@ def film(options: argparse.Namespace) -> None:
     shared.print_result(result, options.json)
 
 
-@command(
-    ("video", Path, PLACED, "the video, in any format that FFmpeg reads"),
-    *shared.output("write time_s, x_m to this CSV file", REQUIRED),
+@shared.command(
+    ("video", Path, shared.PLACED, "the video, in any format that FFmpeg reads"),
+    ("output", Path, shared.REQUIRED, "write time_s, x_m to this CSV file"),
     ("scale", float, None, "scale of the picture, metres per pixel"),
     ("zero", float, None, "column of the point where x is 0, pixels"),
     ("support", str, "left", "side where the chain is held, left or right (left)"),
-    JSON,
+    shared.JSON,
     suffixes=(".csv",),
 )
 def track(options: argparse.Namespace) -> None:
@@ -77,7 +77,7 @@ def track(options: argparse.Namespace) -> None:
     """
     from beltrepro.replication.camera import track as tracking
 
-    track = tracking.track(options.video, **values(options, "scale", "zero", "support"))
+    track = tracking.track(options.video, **shared.values(options, "scale", "zero", "support"))
     track.save(options.output)
     result: dict[str, Any] = {
         "output": str(options.output),
@@ -89,15 +89,15 @@ def track(options: argparse.Namespace) -> None:
     shared.print_result(result, options.json)
 
 
-@command(
-    ("recording", Path, PLACED, "the CSV file, for instance of `beltrepro track`"),
-    *shared.output("draw it like Figs. 4 and 5 of the paper: .png, .pdf or .svg"),
+@shared.command(
+    ("recording", Path, shared.PLACED, "the CSV file, for instance of `beltrepro track`"),
+    ("output", Path, None, "draw it like Figs. 4 and 5 of the paper: .png, .pdf or .svg"),
     ("transient", float, 0.0, "seconds left out first (paper: 200)"),
     ("window", float, 5.0, "seconds over which an amplitude is taken (5)"),
     ("quiet", float, 0.05, "share of the length below which an amplitude is small (0.05)"),
     ("block_length", float, 0.0, "of a block, metres; N - 1/2 are taken off, as in the model (0)"),
     ("n_blocks", int, 5, "blocks of the chain, N (5)"),
-    JSON,
+    shared.JSON,
     suffixes=(".png", ".pdf", ".svg"),
 )
 def analyse(options: argparse.Namespace) -> None:

@@ -1,8 +1,9 @@
-"""What the commands share: their options as tables, the parser, how a result is printed."""
+"""What the commands share: the parser, their options as tables, how a result is printed."""
 
 import argparse
 import inspect
 import json
+import math
 import os
 import re
 import sys
@@ -10,23 +11,22 @@ from collections.abc import Callable
 from dataclasses import MISSING, Field, fields
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 
-from beltrepro import ChainParameters
+from beltrepro import ChainParameters, __version__
 from beltrepro.base.checks import shown, spaced
 from beltrepro.base.errors import InputError
-from beltrepro.base.names import hint, left
+from beltrepro.base.names import hint, left, one_of
 from beltrepro.base.progress import Progress
 
-CHAIN = tuple(parameter.name for parameter in fields(ChainParameters))
-_LAW = CHAIN[3:]  # what is left after number of blocks, belt velocity and noise
+CHAIN = tuple(constant.name for constant in fields(ChainParameters))
 UNITS = """\
 All numbers are in model units: mass 0.1158 kg, spring constant 19.8 N/m, length 1.4 mm; so one unit
 of time is 0.0765 s, of velocity 0.0183 m/s, of force 0.0277 N. A paper-length run has duration 2e6
 and transient 1e6."""
 REQUIRED, PLACED = object(), object()  # defaults: an option that must be there, one without a name
 
-# Options: name, type, default, words. A text alone is the title of those that follow.
+# Options: name, type, default, words.
 JSON = ("json", bool, False, "print the result as JSON")
 NUMERICS = (
     ("duration", float, REQUIRED, "time simulated, transient included"),
@@ -35,92 +35,10 @@ NUMERICS = (
     ("time_step", float, 0.001, "dt (paper: 0.001)"),
     ("tolerance", float, None, "error allowed in a step of event (1e-10, larger with noise)"),
 )
+SEED = ("seed", int, 1, "fixes the random numbers (1)")
+REPLICATE = ("replicate", int, 0, "number of the repetition, with other random numbers (0)")
 _WORDS = "standard deviation of random displacements at the start, but of replicate 0 (0)"
 SPREAD = ("initial_spread", float, 0.0, _WORDS)
-
-
-class Command(NamedTuple):
-    """A function of the options: its name is that of the command, its docstring the help."""
-
-    run: Callable[[argparse.Namespace], int | None]
-    options: tuple
-    epilog: str
-    suffixes: tuple[str, ...]  # of the file of --output
-
-    def add_to(self, commands: Any) -> None:
-        """Add its parser."""
-        text = inspect.getdoc(self.run) or ""
-        first = text.partition(".")[0]
-        words = {"help": first[:1].lower() + first[1:], "description": text, "epilog": self.epilog}
-        group = parser = commands.add_parser(self.run.__name__, **words)
-        for option in self.options:
-            if isinstance(option, str):
-                group = parser.add_argument_group(option)
-            else:
-                _add_option(group, *option)
-        parser.set_defaults(command=self)
-
-
-COMMANDS: list[Command] = []
-
-
-def command(*options: Any, epilog: str = "", suffixes: tuple[str, ...] = ()) -> Callable:
-    """Decorate a function that becomes a command with these options."""
-
-    def add(run: Callable) -> Callable:
-        COMMANDS.append(Command(run, options, epilog, suffixes))
-        return run
-
-    return add
-
-
-def _add_option(group: Any, name: str, kind: Any, default: Any, words: str) -> None:
-    flag = f"--{name.replace('_', '-')}"
-    if kind is bool:
-        group.add_argument(flag, action="store_true", help=words)
-        return
-    how: dict[str, Any] = {"type": kind, "metavar": "FILE" if kind is Path else None}
-    if default is PLACED:
-        group.add_argument(name, type=kind, help=words)
-    elif default is REQUIRED:
-        group.add_argument(flag, required=True, help=words, **how)
-    else:
-        group.add_argument(flag, default=default, help=words, **how)
-
-
-def chain_options(whole: Callable[[str], Any] = int, number: Callable[[str], Any] = float) -> list:
-    """Which chain, with the words of `ChainParameters`; the law last."""
-    text = inspect.getdoc(ChainParameters) or ""
-    for python in (", per block", ", per spring", "math.", "`"):  # what only Python takes
-        text = text.replace(python, "")
-    words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
-    rows = [field_option(one, words.get(one.name, ""), number) for one in fields(ChainParameters)]
-    rows[0] = (rows[0][0], whole, *rows[0][2:])  # the number of blocks
-    return [*rows[:3], "law of springs and friction, as in the paper if not given", *rows[3:]]
-
-
-def field_option(setting: Field, words: str, kind: Any = None) -> tuple:
-    """The option of a field of a dataclass."""
-    kind = kind or (int if isinstance(setting.default, int) else float)
-    if setting.default is MISSING:
-        return setting.name, kind, REQUIRED, words
-    told = setting.default is None or f"{setting.default:g}" in words
-    return setting.name, kind, setting.default, words if told else f"{words} ({setting.default:g})"
-
-
-def keys(seed: int | None = 1, replicate: int | None = 0) -> tuple:
-    """Options of the random numbers of one chain."""
-    words = "number of the repetition, with other random numbers; 0 if not given"
-    return (
-        ("seed", int, seed, "fixes the random numbers; 1 if not given"),
-        ("replicate", int, replicate, words),
-    )
-
-
-def output(words: str, default: Any = None) -> tuple:
-    """Options that name a file to write."""
-    force = ("force", bool, False, "overwrite the file of --output")
-    return ("output", Path, default, words), force
 
 
 class Parser(argparse.ArgumentParser):
@@ -132,23 +50,24 @@ class Parser(argparse.ArgumentParser):
         self.register("type", int, _number(int, "a whole number is needed"))
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As of `ArgumentParser`, but a misspelt option is an error here, before a missing one."""
+        """As of `ArgumentParser`, but a misspelt word is an error here, before a missing one."""
         args = sys.argv[1:] if args is None else list(args)
-        words = args if self._subparsers is None else args[:1]  # the rest is for a command
-        for word in takewhile(lambda word: word != "--", words):
-            name = word.partition("=")[0]
+        words = [word.partition("=")[0] for word in takewhile(lambda word: word != "--", args)]
+        if self is PARSER:
+            words = words[:1]  # the rest is for a command
+            for name in words:
+                if left(name):
+                    raise InputError(left(name))
+                if not name.startswith("-"):
+                    one_of("command", name, COMMANDS.choices)
+        for name in words:
             if name.startswith("--") and name not in self._option_string_actions:
                 self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
-            if self._subparsers is not None and left(name):
-                self.error(left(name))
-        options, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            self.error(f"{unknown[0]}: not understood, options are given as --NAME VALUE")
-        return options, unknown
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        """End with one line on stderr, and status 2."""
-        self.exit(2, f"error: {message.removeprefix('argument ')}; see {self.prog} --help\n")
+        """Say it in one line."""
+        raise InputError(f"{message.removeprefix('argument ')}; see {self.prog} --help")
 
 
 def _number(kind: Callable[[str], Any], words: str) -> Callable[[str], Any]:
@@ -162,6 +81,70 @@ def _number(kind: Callable[[str], Any], words: str) -> Callable[[str], Any]:
             raise argparse.ArgumentTypeError(f"{shown(text)}: {words}{many}") from None
 
     return number
+
+
+PARSER = Parser(
+    prog="beltrepro", description="Chaos on the conveyor belt: simulate chains of blocks."
+)
+PARSER.add_argument("--version", action="version", version=f"beltrepro {__version__}")
+COMMANDS = PARSER.add_subparsers(required=True, metavar="COMMAND")
+
+
+def command(*options: Any, epilog: str = "", suffixes: tuple[str, ...] = ()) -> Callable:
+    """Decorate a function of the options that becomes a command; its docstring is the help.
+
+    options : each a row of a table; a text alone is the title of those that follow.
+    suffixes : of the file of --output.
+    """
+
+    def add(run: Callable[[argparse.Namespace], int | None]) -> Callable:
+        text = inspect.getdoc(run) or ""
+        first = text.partition(".")[0]
+        words: Any = {"help": first[:1].lower() + first[1:], "description": text, "epilog": epilog}
+        group: Any = COMMANDS.add_parser(run.__name__, **words)
+        group.set_defaults(command=run, suffixes=suffixes)
+        parser = group
+        for option in options:
+            if isinstance(option, str):
+                group = parser.add_argument_group(option)
+            else:
+                _add_option(group, *option)
+        if suffixes:
+            _add_option(parser, "force", bool, False, "overwrite the file of --output")
+        return run
+
+    return add
+
+
+def _add_option(group: Any, name: str, kind: Any, default: Any, words: str) -> None:
+    flag = f"--{name.replace('_', '-')}"
+    if kind is bool:
+        group.add_argument(flag, action="store_true", help=words)
+    elif default is PLACED:
+        group.add_argument(name, type=kind, help=words)
+    else:
+        how = {"required": True} if default is REQUIRED else {"default": default}
+        metavar = "FILE" if kind is Path else None
+        group.add_argument(flag, type=kind, metavar=metavar, help=words, **how)
+
+
+def chain_options(kind: Callable[[str], Any] | None = None) -> list:
+    """Which chain, with the words of `ChainParameters`; the law last."""
+    text = inspect.getdoc(ChainParameters) or ""
+    for python in (", per block", ", per spring", "math.", "`"):  # what only Python takes
+        text = text.replace(python, "")
+    words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
+    rows = [field_option(one, words[one.name], kind) for one in fields(ChainParameters)]
+    return [*rows[:3], "law of springs and friction, as in the paper if not given", *rows[3:]]
+
+
+def field_option(setting: Field, words: str, kind: Any = None) -> tuple:
+    """The option of a field of a dataclass."""
+    kind = kind or (int if setting.type is int or isinstance(setting.default, int) else float)
+    if setting.default is MISSING:
+        return setting.name, kind, REQUIRED, words
+    told = setting.default is None or f"{setting.default:g}" in words
+    return setting.name, kind, setting.default, words if told else f"{words} ({setting.default:g})"
 
 
 def grid(text: str) -> tuple[float, ...]:
@@ -179,16 +162,8 @@ def grid(text: str) -> tuple[float, ...]:
     return tuple(numbers)
 
 
-def whole_grid(text: str) -> tuple[int, ...]:
-    """As `grid`, for whole numbers."""
-    numbers = grid(text)
-    if any(number % 1 != 0 for number in numbers):
-        raise argparse.ArgumentTypeError(f"{shown(text)}: whole numbers are needed")
-    return tuple(map(int, numbers))
-
-
-def values(options: argparse.Namespace, *names: str) -> dict[str, Any]:
-    """Some of the options by name."""
+def values(options: Any, *names: str) -> dict[str, Any]:
+    """Some of the options, or other attributes, by name."""
     return {name: getattr(options, name) for name in names}
 
 
@@ -198,8 +173,8 @@ def chain_of(options: argparse.Namespace) -> ChainParameters:
 
 
 def settings_of(options: argparse.Namespace) -> dict[str, Any]:
-    """How a chain is followed."""
-    return values(options, *(name for name, *_ in NUMERICS), "seed", "replicate")
+    """How one chain is followed."""
+    return values(options, *(name for name, *_ in (*NUMERICS, SEED, REPLICATE)))
 
 
 def progress_of(label: str) -> Progress | None:
@@ -210,19 +185,24 @@ def progress_of(label: str) -> Progress | None:
 def print_result(result: dict, as_json: bool, chain: ChainParameters | None = None) -> None:
     """Print a result, a line for each value; of a law what is not as in the paper."""
     if chain is not None:
-        constants = {one.name: (getattr(chain, one.name), one.default) for one in fields(chain)}
-        told = {n: now for n, (now, usual) in constants.items() if n not in _LAW or now != usual}
-        result = told | result
+        about = values(chain, *CHAIN)
+        usual = {one.name: one.default for one in fields(ChainParameters)[3:]}
+        result = {n: now for n, now in about.items() if now != usual.get(n)} | result
     if as_json:
-        plain = {name: None if value != value else value for name, value in result.items()}
-        print(json.dumps(plain, indent=2))
+        print(json.dumps(finite(result), indent=2))
         return
     width = max(map(len, result))
     for name, value in result.items():
         print(f"{name:<{width}}  {f'{value:.6g}' if isinstance(value, float) else value}")
 
 
-def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...] = ()) -> None:
+def finite(result: dict[str, Any]) -> dict[str, Any]:
+    """A result for JSON, which has no infinity and no NaN."""
+    bad = {name for name, v in result.items() if isinstance(v, float) and not math.isfinite(v)}
+    return result | dict.fromkeys(bad)
+
+
+def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...]) -> None:
     """Refuse a file that cannot be written, or is there already, before anything is computed."""
     if path is None:
         return
@@ -230,7 +210,7 @@ def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...] = ())
     problems = {
         "is a folder": path.is_dir(),
         "its folder does not exist": not folder.is_dir(),
-        f"must end in {', '.join(suffixes)}": suffixes and path.suffix.lower() not in suffixes,
+        f"must end in {', '.join(suffixes)}": path.suffix.lower() not in suffixes,
         "is there already; --force overwrites it": path.exists() and not force,
         "cannot be written": not os.access(path if path.exists() else folder, os.W_OK),
     }

@@ -8,16 +8,14 @@ import shutil
 import sys
 import textwrap
 from collections import Counter
-from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from beltrepro.base.errors import InputError
-from beltrepro.cli.options import PLACED, command
+from beltrepro.cli.options import PLACED, command, finite, values
 
 if TYPE_CHECKING:
-    from beltrepro.replication.report.claim_results import Answer, Result
+    from beltrepro.replication.report.claim_results import Result
 
 _QUESTIONS = ("replicated", "robust")
 _WITH_VERDICT = "only claims with this verdict: yes, in-part, no, open, not-testable"
@@ -25,7 +23,7 @@ _WITH_VERDICT = "only claims with this verdict: yes, in-part, no, open, not-test
 
 @command(
     ("results", Path, PLACED, "folder of a run, as results/smoke"),
-    ("list", Path, None, "the list (docs/results/NAME.json)"),
+    ("list", Path, None, "the list (docs/results/NAME.json, of the same name as the folder)"),
     ("write", bool, False, "write the list from these results instead"),
 )
 def verify(options: argparse.Namespace) -> int:
@@ -45,13 +43,15 @@ def verify(options: argparse.Namespace) -> int:
     if not options.results.is_dir():
         raise InputError(f"{options.results}: no such folder")
     findings = list(verification.compare(options.results, verification.read_list(path)))
-    wrong = [finding for finding in findings if finding.outcome == verification.WRONG]
-    for finding in wrong:
-        print(f"error: {finding.words}", file=sys.stderr)
+    for finding in findings:
+        if finding.words:
+            print(f"error: {finding.words}", file=sys.stderr)
     counts = Counter(finding.outcome for finding in findings)
     print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
-    print(verification.conclusion(findings))
-    return int(bool(wrong))
+    meanings = verification.MEANINGS
+    worst = next((outcome for outcome in meanings if counts[outcome]), verification.SAME)
+    print(meanings[worst])
+    return int(worst == verification.WRONG)
 
 
 @command(
@@ -67,10 +67,10 @@ def claims(options: argparse.Namespace) -> None:
     Each claim has two, and what was found: whether it is replicated by the authors' protocol, and
     whether it is robust.
     """
-    from beltrepro.replication.report.claim_results import read
+    from beltrepro.replication.report.claim_results import count, read
 
-    every = list(read(options.results or _made(options.preset)).values())
-    shown = every
+    results = read(options.results or _made(options.preset))
+    shown = list(results.values())
     for question in _QUESTIONS:
         if word := (getattr(options, question) or "").replace("-", " "):
             verdicts = {result.verdicts[question] for result in shown}
@@ -82,9 +82,8 @@ def claims(options: argparse.Namespace) -> None:
         print(json.dumps([_plain(result) for result in shown], indent=1))
         return
     print(_table(shown))
-    for question in _QUESTIONS:
-        numbers = Counter(result.verdicts[question] for result in every if result.claim.finding)
-        words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.most_common())
+    for question, numbers in count(results).items():
+        words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.items() if number)
         print(f"\n{question}: {words}", end="")
     print()
 
@@ -103,32 +102,18 @@ def _made(preset: str) -> Path:
 
 
 def _plain(result: Result) -> dict[str, Any]:
-    """A claim as plain values."""
-    about = {
-        "id": result.id,
-        "figure": result.claim.figure,
-        "kind": result.claim.kind,
-        "says": result.claim.says,
-        "statement": result.claim.statement,
-        "paper": result.paper,
-        "seen": result.claim.seen,
-        "note": result.note,
-    }
-    return about | {question: _answer(answer) for question, answer in result.answers.items()}
-
-
-def _answer(answer: Answer) -> dict[str, Any]:
-    """A verdict as plain values, with the numbers of its reading."""
-    numbers = []
-    for number in answer.numbers.values():
-        ends = dict(zip(("allowed_low", "allowed_high"), number.allowed, strict=True))
-        values = asdict(number.estimate) | ends
-        del values["still_open"]  # not in the tables
-        # JSON has no infinity and no NaN
-        finite = {k: None if v is None or not isfinite(v) else v for k, v in values.items()}
-        numbers.append({"name": number.name} | finite | {"verdict": number.verdict})
-    texts = {name: text for name, text in vars(answer).items() if name != "numbers"}
-    return texts | {"estimates": numbers}
+    """A claim as JSON has it."""
+    about = ("id", "figure", "kind", "says", "statement", "seen")
+    plain = values(result.claim, *about) | values(result, "paper", "note")
+    for question, answer in result.answers.items():
+        estimates = []
+        for number in answer.numbers.values():
+            ends = dict(zip(("allowed_low", "allowed_high"), number.allowed, strict=True))
+            measured = values(number.estimate, "value", "low", "high", "runs") | ends
+            estimates.append({"name": number.name, **finite(measured), "verdict": number.verdict})
+        texts = {name: text for name, text in vars(answer).items() if name != "numbers"}
+        plain[question] = texts | {"estimates": estimates}
+    return plain
 
 
 def _table(results: list[Result]) -> str:

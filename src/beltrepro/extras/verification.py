@@ -10,9 +10,9 @@ verdict.
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -23,30 +23,39 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io
 from beltrepro.replication.plan.points import QUANTITIES
 
+T = TypeVar("T")
+
 SHORT = 500.0  # model time; a distance grows e-fold in 60 and more
 TOLERANCE = 1e-6  # of means in short runs, as a share of mean plus standard deviation
 DEVIATIONS = 6.0  # standard errors between means of long runs
 SAME, NEAR, WRONG = "the same bits", "within the bounds of another machine", "wrong"
+# What they mean together: the worst of them decides.
+MEANINGS = {
+    WRONG: "different: see the lines above",
+    NEAR: "equal within the bounds of another machine: this does not matter, "
+    "each claim has its verdict of the list",
+    SAME: "equal: every bit of the list",
+}
 # What a run has besides datasets and tables; what kills left has names that begin with a dot.
 SHOWN = ("figures/[!.]*", "experiment/[!.]*", "report.html")
 
 
-class _ListedArray(BaseModel):
+class _Array(BaseModel):
     checksum: str
     values: dict[str, list]
 
 
-class _ListedDataset(BaseModel):
+class _Dataset(BaseModel):
     told: dict[str, str]
     duration: float
-    arrays: dict[str, _ListedArray]
+    arrays: dict[str, _Array]
 
 
 class Listed(BaseModel):
     """A list, as JSON has it."""
 
     machine: dict[str, str]
-    datasets: dict[str, _ListedDataset]
+    datasets: dict[str, _Dataset]
     tables: dict[str, str]
     verdicts: dict[str, str] = {}
 
@@ -59,34 +68,26 @@ class Comparison(NamedTuple):
     words: str = ""  # what is wrong and how to repair it; empty otherwise
 
 
-def make_list(results: Path) -> dict:
-    """The list of the results of a run."""
-    paths = sorted((results / "datasets").glob("*.h5"))
-    if not paths:
+def write_list(path: Path, results: Path) -> int:
+    """Write the list of the results of a run as JSON, and return the number of its datasets."""
+    datasets = {path.stem: store.read(path) for path in sorted(results.glob("datasets/*.h5"))}
+    if not datasets:
         raise InputError(f"{results}: no datasets there")
-    datasets = {path.stem: store.read(path) for path in paths}
-    first = next(iter(datasets.values())).attributes
-    return {
-        **{name: first[name] for name in ("preset", "run", "code_version")},
-        "machine": {name: first[name] for name in provenance.machine()},
+    about = next(iter(datasets.values())).attributes
+    listed = {
+        **{name: about[name] for name in ("preset", "run", "code_version")},
+        "machine": {name: about[name] for name in provenance.machine()},
         "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
         "tables": {name: _digest(path) for name, path in _tables(results).items()},
         "verdicts": _verdicts(results),
     }
-
-
-def write_list(path: Path, results: Path) -> int:
-    """Write the list of the results of a run as JSON."""
-    listed = make_list(results)
     with replacing(path) as unfinished:
         unfinished.write_text(json.dumps(listed, indent=1) + "\n", encoding="utf-8")
-    return len(listed["datasets"])
+    return len(datasets)
 
 
 def read_list(path: Path) -> Listed:
     """Read a list."""
-    if not path.exists():
-        raise InputError(f"{path}: no such list; --list FILE takes another one, --write makes one")
     try:
         return Listed.model_validate_json(reading.text(path))
     except ValidationError as error:
@@ -97,39 +98,31 @@ def read_list(path: Path) -> Listed:
 
 def compare(results: Path, listed: Listed) -> Iterator[Comparison]:
     """Compare results with a list: its datasets, tables and verdicts, and all files' seals."""
-    same_machines = True
+    like_machine = True
     for name, entry in listed.datasets.items():
         path = results / "datasets" / f"{name}.h5"
-        try:
-            dataset = store.read(path)
-        except InputError as error:
-            yield Comparison(name, WRONG, str(error))
-            continue
-        same_machine = dataset.attributes.items() >= listed.machine.items()
-        same_machines &= same_machine
-        outcome, words = _compare_arrays(dataset, entry, same_machine)
-        yield Comparison(name, outcome, words and f"{path}: {words}: {seal.REMEDY}")
+        dataset, fault = _tried(store.read, path)
+        others: list[str] = []
+        if dataset:
+            like_here = dataset.attributes.items() >= listed.machine.items()
+            like_machine &= like_here
+            others, faults = _differences(dataset, entry, like_here)
+            fault = faults and f"{path}: {faults}: {seal.REMEDY}"
+        yield Comparison(name, WRONG if fault else NEAR if others else SAME, fault)
     tables = _tables(results)
     for name, digest in listed.tables.items():
         path = tables.get(name, results / f"{name}.csv")
-        try:
-            is_same = _digest(path) == digest
-        except InputError as error:
-            yield Comparison(name, WRONG, str(error))
-            continue
-        if is_same or not same_machines:
-            yield Comparison(name, SAME if is_same else NEAR)
-        else:
-            yield Comparison(name, WRONG, f"{path}: differs from the list: {seal.REMEDY}")
+        here, fault = _tried(_digest, path)
+        if here not in (None, digest) and like_machine:
+            fault = f"{path}: differs from the list: {seal.REMEDY}"
+        yield Comparison(name, WRONG if fault else SAME if here == digest else NEAR, fault)
     for path in (path for pattern in SHOWN for path in sorted(results.glob(pattern))):
-        try:
-            seal.check(path)
-        except InputError as error:
-            yield Comparison(path.name, WRONG, str(error))
-    try:
-        verdicts = _verdicts(results)
-    except InputError as error:
-        yield Comparison("claims", WRONG, str(error))
+        _, fault = _tried(seal.check, path)
+        if fault:
+            yield Comparison(path.name, WRONG, fault)
+    verdicts, fault = _tried(_verdicts, results)
+    if verdicts is None:
+        yield Comparison("claims", WRONG, fault)
         return
     for claim, verdict in listed.verdicts.items():
         if (here := verdicts.get(claim, "missing")) != verdict:
@@ -137,17 +130,12 @@ def compare(results: Path, listed: Listed) -> Iterator[Comparison]:
             yield Comparison(claim, WRONG, words)
 
 
-def conclusion(comparisons: list[Comparison]) -> str:
-    """What the comparisons mean together, in a sentence."""
-    outcomes = {file.outcome for file in comparisons}
-    if WRONG in outcomes:
-        return "different: see the lines above"
-    if NEAR in outcomes:
-        return (
-            "equal within the bounds of another machine: this does not matter, "
-            "each claim has its verdict of the list"
-        )
-    return "equal: every bit of the list"
+def _tried(read: Callable[[Path], T], path: Path) -> tuple[T | None, str]:
+    """What is read, or why it cannot be."""
+    try:
+        return read(path), ""
+    except InputError as error:
+        return None, str(error)
 
 
 def _described(dataset: store.Dataset) -> dict:
@@ -162,29 +150,24 @@ def _described(dataset: store.Dataset) -> dict:
     }
 
 
-def _compare_arrays(
-    dataset: store.Dataset, entry: _ListedDataset, same_machine: bool
-) -> tuple[str, str]:
-    """Outcome for a dataset, and what is not as the list says."""
-    if not dataset.attributes.items() >= entry.told.items():
-        return WRONG, "holds another dataset, or one of other settings"
-    if set(dataset.arrays) != set(entry.arrays):
-        return WRONG, "has other arrays than the list"
-    outcome, faults = SAME, []
-    n_points = len(dataset.arrays["n_blocks"])
-    for name, array in dataset.arrays.items():
-        listed = entry.arrays[name]
-        if store.checksum(array) == listed.checksum:
-            continue
-        outcome = NEAR
-        if same_machine or name in QUANTITIES:
+def _differences(
+    dataset: store.Dataset, entry: _Dataset, like_machine: bool
+) -> tuple[list[str], str]:
+    """Arrays with other bits than listed, and which of them another machine does not explain."""
+    arrays, listed = dataset.arrays, entry.arrays
+    if not dataset.attributes.items() >= entry.told.items() or set(arrays) != set(listed):
+        return [], "holds another dataset, or one of other settings"
+    others = [name for name in arrays if store.checksum(arrays[name]) != listed[name].checksum]
+    faults = []
+    for name in others:
+        if like_machine or name in QUANTITIES:
             faults.append(f"{name} has other bits")
         elif any(
-            _apart(summary, listed.values.get(part), entry.duration, n_points)
-            for part, summary in _summaries(array).items()
+            _apart(summary, listed[name].values.get(part), entry.duration, len(arrays["n_blocks"]))
+            for part, summary in _summaries(arrays[name]).items()
         ):
             faults.append(f"{name} is beyond the bounds")
-    return (WRONG if faults else outcome), "; ".join(faults)
+    return others, "; ".join(faults)
 
 
 def _apart(summary: list, listed: list | None, duration: float, n_points: int) -> bool:
@@ -201,29 +184,25 @@ def _apart(summary: list, listed: list | None, duration: float, n_points: int) -
 
 def _summaries(array: np.ndarray) -> dict[str, list[Any]]:
     """Number of finite values, their mean and standard deviation; of records for each field."""
-    parts = {name: array[name] for name in array.dtype.names} if array.dtype.names else {"": array}
-    return {name: _summary(values) for name, values in parts.items() if values.dtype.kind in "fiub"}
-
-
-def _summary(values: np.ndarray) -> list[Any]:
-    finite = values[np.isfinite(values)].astype(float)
-    if not finite.size:
-        return [0, 0.0, 0.0]
-    return [int(finite.size), *(float(f"{moment:.9g}") for moment in (finite.mean(), finite.std()))]
+    summaries = {}
+    for name in array.dtype.names or [""]:
+        values = array[name] if name else array
+        if values.dtype.kind in "fiub":
+            finite = values[np.isfinite(values)].astype(float)
+            moments = (finite.mean(), finite.std()) if finite.size else (0.0, 0.0)
+            summaries[name] = [finite.size, *(float(f"{moment:.9g}") for moment in moments)]
+    return summaries
 
 
 def _verdicts(results: Path) -> dict[str, str]:
     """Both verdicts by claim, as "yes and no"; none where claims were not measured."""
     path = results / "claims.csv"
     rows = io.read_as_text(path) if path.exists() else []
-    try:
-        return {row["id"]: f"{row['replicated']} and {row['robust']}" for row in rows}
-    except KeyError as error:
-        raise InputError(f"{path}: not a table of claims: it lacks {error}") from None
+    return {row["id"]: f"{row.get('replicated')} and {row.get('robust')}" for row in rows}
 
 
 def _tables(results: Path) -> dict[str, Path]:
-    paths = sorted([*results.glob("*.csv"), *(results / "tables").glob("*.csv")])
+    paths = sorted([*results.glob("*.csv"), *results.glob("tables/*.csv")])
     return {path.stem: path for path in paths}
 
 
