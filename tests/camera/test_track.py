@@ -4,14 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-from beltrepro.base import seal
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.camera.camera import Framing, film, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.track import Track, track
 from beltrepro.replication.camera.video import Frame, write_video
-from beltrepro.replication.plan import io
 from recorded import RATE, swaying
 
 MOVEMENT = swaying(4.0)
@@ -62,19 +60,6 @@ def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, settings, limit):
     assert rms(error) < limit
     assert tracked.angle == pytest.approx(camera.angle, abs=0.2)
     assert tracked.zero == pytest.approx(view.zero, abs=1.0)
-
-
-@pytest.mark.parametrize(
-    "scene",
-    [
-        Scene(belt=90, block=60, white_block=170, tape=150, mark=80, spring=110),  # little contrast
-    ],
-)
-def test_other_colours_and_sizes(tmp_path, scene):
-    view = Framing.of(MOVEMENT, scene, CAMERA)
-    film(MOVEMENT, tmp_path / "film.mp4", scene=scene, camera=CAMERA)
-    tracked = track(tmp_path / "film.mp4", scale=view.metres_per_pixel, zero=view.zero[0])
-    assert len(tracked.time_s) == len(TRUE) and rms(errors(tracked)) < 0.2
 
 
 def test_scale_zero_and_support_are_those_that_are_given(tmp_path):
@@ -157,18 +142,6 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     for name in ("time_s", "x_m", "lost_s"):
         np.testing.assert_array_equal(getattr(again, name), getattr(tracked, name))
     assert (again.metres_per_pixel, again.zero, again.angle) == (0.0021, (13.9, 27.4), 0.7)
-
-
-def test_films_and_tracks_are_read_by_their_names(tmp_path):
-    written(tmp_path / "a.mp4", WHOLE[:5])
-    Track(np.arange(3.0), np.ones(3), np.empty((0, 2))).save(tmp_path / "a.csv", sources={"a": {}})
-    seal.put(tmp_path / "a.csv")
-    paths = {"a_film": str(tmp_path / "a.mp4"), "a_track": str(tmp_path / "a.csv")}
-    loaded, sources = io.load(paths)
-    assert sources == {"a": {}} and loaded["a_track"].x_m.tolist() == [1, 1, 1]
-    for _ in range(2):
-        times = [frame.time_s for frame in loaded["a_film"]()]
-        assert times == pytest.approx(np.arange(5) / RATE, abs=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ import pytest
 import drawn
 import figure_data as made
 import naive
-from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.transition import figures as transition
 from beltrepro.stats import intermittency, spectra
@@ -125,16 +124,6 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     is_spectrum(spectrum, dataset("u1"), 0.0016, -1.21)  # caption of Fig. 8
     middle = time[np.argmin(relative)]
     is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
-
-
-def test_a_slip_that_never_ends_is_one_laminar_phase():
-    data = dataset("n10_u34")
-    events, velocities = data.arrays["events"], data.arrays["velocities"].copy()
-    velocities[..., -1] = 1.0
-    changed = {"events": events[events["block"] != 10], "velocities": velocities}
-    data = Dataset(data.arrays | changed, data.attributes)
-    panel = shown("fig20", n10_u34=data)[2]
-    assert ": 1 laminar phase, 100% of" in panel.title and len(panel.spans) == 1
 
 
 # --- the catalogue --------------------------------------------------------------------------------

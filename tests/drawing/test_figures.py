@@ -1,5 +1,7 @@
 """Every figure draws, whole or from hardly any data, labelled, not blank, the same bytes twice."""
 
+import dataclasses
+
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -8,7 +10,6 @@ from matplotlib.image import imread
 
 import drawn
 import figure_data as made
-import recorded
 from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.camera.track import Track
@@ -59,7 +60,7 @@ def hardly(name):
     """One point of a scan, at which nothing was measured; else no run, slip or sample at all."""
     data, rows = made.dataset(name), 1 if name in made.SCANS else 0
     if isinstance(data, Track):
-        return recorded.cut(data, 2)
+        return dataclasses.replace(data, time_s=data.time_s[:2], x_m=data.x_m[:2])
     if isinstance(data, pd.DataFrame):
         return data.head(rows)
     by_run = data.arrays.get("n_blocks", data.arrays.get("belt_velocity"))

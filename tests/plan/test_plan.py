@@ -1,10 +1,8 @@
 """The plan made from config.yaml: layers, points, batches, films, and what jobs are told."""
 
 import copy
-import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import small_plans
@@ -15,11 +13,7 @@ from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import grid_values, make_plan
 from beltrepro.replication.plan.points import (
     DEFAULTS,
-    QUANTITIES,
     REQUIRED,
-    columns,
-    plain,
-    points_of,
 )
 from beltrepro.simulation.setup import Setup
 
@@ -82,15 +76,6 @@ def test_the_last_quantity_varies_fastest():
     assert seeds == [3, 5, 9]  # the first two count on that of the top level
 
 
-def test_columns_and_plain_values_keep_the_points():
-    points_made = single(noise=[0, 0.5], replicate={"count": 2}).points
-    assert points_of(json.loads(json.dumps(plain(points_made)))) == list(points_made)
-    table = columns(points_made)
-    assert set(table) == set(QUANTITIES)
-    np.testing.assert_array_equal(table["noise"], [0, 0, 0.5, 0.5])
-    assert table["n_blocks"].dtype == np.int64 and table["method"].tolist() == ["event"] * 4
-
-
 # --- batches --------------------------------------------------------------------------------------
 
 
@@ -118,16 +103,6 @@ def test_further_points_follow_those_of_the_axes():
     assert [(p.belt_velocity, p.replicate) for p in points] == [(1, 1), (2, 1), (2, 2), (2, 3)]
     with pytest.raises(InputError, match="also: gives points that the dataset has without it"):
         single(belt_velocity=[1, 2], replicate=1, also={"belt_velocity": 2})
-
-
-def test_what_is_told_is_plain_and_all_that_the_job_needs(plan):
-    json.dumps(plan.settings())
-    for name, dataset in plan.datasets.items():
-        last = [*dataset.batches][-1]
-        spec = plan.spec(name, last)
-        assert json.loads(json.dumps(spec)) == spec
-        assert tuple(points_of(spec["points"])) == dataset.batches[last]
-        assert spec["settings"].keys() == set(dataset.kind.settings)
 
 
 # --- methods --------------------------------------------------------------------------------------

@@ -20,7 +20,6 @@ from beltrepro.cli import app as cli
 from beltrepro.replication.plan import lock, registry, scripting
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import Plan, make_plan
-from beltrepro.replication.plan.points import columns
 from interruptions import copy_of_project
 
 ROOT = Path(__file__).parents[2]
@@ -280,20 +279,6 @@ def test_smoke_draws_every_figure(smoke, name):
     ink = (image < 0.9).any(axis=-1)
     assert 0.005 < ink.mean() < 0.95
     assert (smoke / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
-
-
-@pytest.mark.slow
-def test_smoke_datasets_hold_their_points_in_order_and_say_what_they_are(smoke):
-    plan = smoke_plan()
-    paths = {path.stem: path for path in (smoke / "datasets").glob("*.h5")}
-    assert set(paths) == set(plan.datasets)
-    for name, path in paths.items():
-        dataset = store.read(path)
-        said = dataset.attributes
-        assert (said["dataset"], said["preset"], said["run"]) == (name, "smoke", "smoke")
-        assert said["units"] == "model units" and said["code_version"]
-        for quantity, expected in columns(plan.datasets[name].points).items():
-            np.testing.assert_array_equal(dataset.arrays[quantity], expected)
 
 
 @pytest.mark.slow

@@ -134,26 +134,9 @@ def test_the_transient_at_u7(lifetime, changes, verdicts):
     assert both("u7-periodic", **made) == (verdict, verdict)
 
 
-@pytest.mark.parametrize(
-    ("exponents", "verdict"),
-    [
-        (ABOVE, YES),
-        (2e-3 + np.tile([-4e-3, 4e-3], 4), OPEN),
-        ([0.004, 0.003, 0.004, *[np.nan] * 5], YES),
-        ([0.004, 0.003, *[np.nan] * 6], OPEN),  # two are no sample: none is found
-    ],
-)
-def test_e_foldings_against_their_scatter_over_the_runs(exponents, verdict):
-    runs = settled([2000.0] * 8, u=7.0, exponents=exponents)
-    assert grades("u7-transient-chaos", "robust", survival=runs)["e-foldings"] == verdict
-
-
 # --- u <= 15 --------------------------------------------------------------------------------------
 
-BELOW = np.linspace(1, 15, 30)
 
-
-MILLION = 1e6
 OUTSIDE = np.arange(1.0, 11)  # velocities with four runs each, and four more in a window
 IN_WINDOW = settled([3e3] * 16, u=np.repeat(np.arange(12.0, 16), 4), returns=20, duration=2e6)
 

@@ -139,7 +139,7 @@ EXPONENTS = {0.25: -0.001, 0.75: 0.0, 1.0: 0.001, 1.5: 0.002, 2.2: 0.003, 5.0: -
 
 def of_u7(centre=0.75, exponents=(), rest=0.001, **options):
     made = noisy_motion(EXPONENTS | dict(exponents), **options)
-    after_rest = noisy_motion({1.0: rest, 2.2: rest}, **options)
+    after_rest = noisy_motion({1.0: rest, 2.2: 0.001}, **options)
     return {"n5_u7": u7(centre), "noisy_motion": made, "noisy_motion_rest": after_rest}
 
 

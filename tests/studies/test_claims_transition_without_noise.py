@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import EXACT
 from made_up import (
@@ -169,18 +168,6 @@ def test_transients_at_u20(counts, verdicts):
     ended = counts[0] + counts[1]
     longer = numbers["longer than 4000, of these"]
     assert longer.runs == ended if ended else np.isnan(longer.value)
-
-
-def test_runs_on_one_orbit_are_told_from_chaotic_ones():
-    runs = escapes(0, 0, 5, 40)["lifetimes"].arrays
-    assert measure.on_shared_orbits(runs, 2000.0).tolist() == [True] * 5 + [False] * 40
-    two = escapes(0, 0, 2, 4)["lifetimes"].arrays
-    assert not measure.on_shared_orbits(two, 2000.0).any()
-    runs["final_stick_rate"][0, 3] += 2 / 2000  # two sticks more: the ends of the time
-    runs["final_stick_rate"][1, 3] += 4 / 2000
-    runs["final_amplitude"][2] *= 1.002
-    shared = measure.on_shared_orbits(runs, 2000.0)[:5]
-    assert shared.tolist() == [True, False, False, True, True]
 
 
 # --- lifetimes against u --------------------------------------------------------------------------

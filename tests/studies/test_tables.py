@@ -62,16 +62,3 @@ def test_a_table_that_uses_what_is_not_there_is_one_line():
     assert str(caught.value).startswith("agreement uses 'pairs_r_event', which preset own")
     with pytest.raises(InputError, match="agreement has the name of a table"):
         registry.check_names(["u1", "agreement"])
-
-
-def test_tables_have_names_of_their_own(tmp_path):
-    entry = "Table(title='A.', uses=())"
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-    (tmp_path / "one" / "measure.py").write_text(f"\nTABLES = {{'b': {entry}, 'a': {entry}}}")
-    assert list(registry.tables(tmp_path)) == ["a", "b"]
-    registry.tables.cache_clear()
-    (tmp_path / "two" / "measure.py").write_text(f"\nTABLES = {{'c': {entry}, 'b': {entry}}}")
-    with pytest.raises(InputError, match=r"two/measure.py: TABLES .*'b' is an entry of .*one"):
-        registry.tables(tmp_path)
-    registry.tables.cache_clear()

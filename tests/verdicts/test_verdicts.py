@@ -89,11 +89,6 @@ def test_a_number_that_is_right_in_part():
         assert made.verdict == verdict and made.components["c0"] == IN_PART
 
 
-def test_nothing_to_test_against():
-    made = judge(Criterion(untestable="no recordings"), Measurement({"c": sure(1)}))
-    assert (made.verdict, made.reason, made.components) == (NOT_TESTABLE, "no recordings", {})
-
-
 # --- words ----------------------------------------------------------------------------------------
 
 
@@ -160,29 +155,6 @@ def failing(error):
         raise error
 
     return reading
-
-
-def test_a_row_holds_what_was_measured(monkeypatch):
-    outcome = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
-    row, estimates = tables_of(monkeypatch, outcome, used=["one", "two"])
-    answer = {"": "yes", "_reading": "", "_tried": "1", "_reason": "", "_runs": "4"}
-    replicated = {"_found": "It is 1.25 (1.12 to 1.38).", "_how": "once", "_because": "",
-                  "_criterion": "a: 0.5 to 1.5"}  # fmt: skip
-    robust = {"_found": "It is 1.25.", "_how": "", "_because": "so", "_criterion": "a: 0.5 to 9.5"}
-    assert row == {
-        "id": "x", "figure": "7", "kind": "number", "says": "“near”", "statement": "words",
-        "paper": "1", "seen": "short runs", "note": "noted", "dataset": "one, two",
-        **{f"replicated{end}": text for end, text in (answer | replicated).items()},
-        **{f"robust{end}": text for end, text in (answer | robust).items()},
-    }  # fmt: skip
-    cells = [(e["name"], e["decides"], e["allowed_high"], e["verdict"]) for e in estimates]
-    assert cells[:2] == [("a", "replicated", 1.5, YES), ("a", "robust", 9.5, YES)]
-    assert cells[2][:2] == ("b", "") and math.isnan(cells[2][2]) and not cells[2][3]
-    ends = [estimates[0][key] for key in ("value", "low", "high", "runs")]
-    assert ends == [1.25, 1.125, 1.375, 4]
-    one = Criterion({"a": [0.5, 1.5]})
-    _, estimates = tables_of(monkeypatch, near(1.0), replicated=one, robust=one)
-    assert [e["decides"] for e in estimates] == ["replicated, robust"]
 
 
 def test_each_question_judges_the_reading_that_it_names(monkeypatch):
