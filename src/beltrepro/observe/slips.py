@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltrepro.engine.integrator import Chunk
-from beltrepro.engine.law import Law, of_blocks, spring_energy
+from beltrepro.engine.law import Law, of_blocks, tension
 from beltrepro.engine.records import (
     EVENT_BLOCK,
     EVENT_DISSIPATED,
@@ -237,5 +237,19 @@ def _at_rest(time, belt_velocity, law, varied, blocks):
         age = time - blocks[block].stick_time
         position = blocks[block].stick_position + belt_velocity * age
         deformation = position - before - varied.rest_length[block]
-        energy += spring_energy(block, deformation, law, varied)
+        energy += _stored(deformation, law) * varied.stiffness[block]
     return energy, position
+
+
+@inlined
+def _stored(deformation, law):
+    """Energy of a spring of stiffness 1.
+
+    By the tension, as in `beltrepro.model.spring`: catalogues keep their bits. That of the engine,
+    `spring_energy`, is the same to rounding.
+    """
+    rate = law.compression_rate if deformation < 0.0 else law.extension_rate
+    linear = min(abs(deformation), law.linear_limit)
+    excess = abs(deformation) - linear
+    beyond = abs(tension(deformation, law)) - linear
+    return 0.5 * linear * linear + excess * linear + (beyond - excess) / rate

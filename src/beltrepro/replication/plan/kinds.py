@@ -78,9 +78,10 @@ class Kind:
 
     def complaints(self, settings: dict, points: Sequence[Point]) -> Iterator[tuple[str, str]]:
         """Keys with values that fit their types and still cannot be meant, and why not."""
-        for point in {point[:8]: point for point in points if point.method == "event"}.values():
-            if text := noise_beyond_event(chain(point)):  # by all quantities before u
-                yield "noise", text
+        # one for each chain at any belt velocity, on which this does not depend
+        alike = {point[:8]: point for point in points if point.method == "event"}
+        for text in filter(None, map(noise_beyond_event, map(chain, alike.values()))):
+            yield "noise", text
         for name in ("transient", "settle_time"):
             if settings.get(name, 0) >= (duration := settings["duration"]):
                 yield name, f"= {settings[name]:g}: must be less than duration = {duration:g}"

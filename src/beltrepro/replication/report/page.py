@@ -16,7 +16,7 @@ from beltrepro.base.atomic import replacing
 from beltrepro.model import ChainParameters
 from beltrepro.model.spring import SECTION_POSITION
 from beltrepro.model.units import TIME_S
-from beltrepro.replication.plan import io, registry
+from beltrepro.replication.plan import io
 from beltrepro.replication.report import conduct, judged
 from beltrepro.replication.report.findings import typeset
 from beltrepro.replication.report.material import ROOM, Material, length
@@ -28,7 +28,6 @@ from beltrepro.replication.verdicts.ledger import read_yaml
 
 SYMBOLS = dict(zip(VERDICTS, "✓◐✗?○", strict=True))
 _STYLES = ("report.css", "live/live.css")
-_COMPARED = registry.CATEGORIES[1]
 _CHAIN = ChainParameters(5, 17.0)  # the paper's; its velocity plays no part
 _LAW = ("rest_length", "linear_limit", "compression_rate", "extension_rate", "static_friction")
 _BLOCK = 28.6  # length of a block, 4 cm
@@ -144,11 +143,7 @@ SECTIONS = (
     PageSection("figures", "Figures", _figures, ("figures",)),
     PageSection("claims", "Claims", judged.cards),
     _study(
-        "chaos",
-        "Is the motion chaotic?",
-        chaos.describe,
-        chaos.TOLD_BY,
-        ("motion_map", "survival"),
+        "chaos", "Is the motion chaotic?", chaos.describe, chaos.TOLD_BY, ("motion_map", "survival")
     ),
     _study(
         "trials",
@@ -163,7 +158,7 @@ SECTIONS = (
         "Integrators compared",
         integrators.describe,
         integrators.TOLD_BY,
-        tuple(name for name, entry in registry.figures().items() if entry.category == _COMPARED),
+        ("agreement_attractors", "agreement_disorder"),
     ),
     PageSection("dates", "When it was judged", judged.dates, folded=True),
     PageSection("open_points", "What the paper leaves open", judged.open_points, folded=True),

@@ -56,7 +56,7 @@ def set_article(run: Path) -> bytes:
     results = read(run)
     findings.check(results)
     content = {
-        "run": f"/{run.resolve().relative_to(Path.cwd())}",
+        "run": f"/{run.absolute().relative_to(Path.cwd())}",
         "version": io.said(run / "claims.csv").get("code_version", "1.0"),
         "numbers": dict(_numbers(results)),
         "measured": list(findings.printed_and_measured(results)),

@@ -157,12 +157,9 @@ def _in_words(estimate: Estimate, form: str) -> str:
         text = f"{100 * value:.3g} %"
         exact = low == high or math.isnan(low) or math.isnan(high)
         return text if exact else f"{text} ({100 * low:.3g} to {100 * high:.3g} %)"
-    return _without_powers(f"{value:.3g}" if form == "value" else estimate.words)
-
-
-def _without_powers(text: str) -> str:
-    """Numbers from a thousand to ten million without powers of ten: 4,740 for 4.74e+03."""
-    return re.sub(r"\d(\.\d+)?e\+0[3-6]", lambda number: f"{float(number[0]):,.0f}", text)
+    words = f"{value:.3g}" if form == "value" else estimate.words
+    # numbers from a thousand to ten million without powers of ten: 4,740 for 4.74e+03
+    return re.sub(r"\d(\.\d+)?e\+0[3-6]", lambda number: f"{float(number[0]):,.0f}", words)
 
 
 def bounds(allowed: Any) -> tuple[float, float]:
