@@ -4,20 +4,17 @@ import cv2
 import numpy as np
 import pytest
 
-from beltrepro.base import seal
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.replication.camera.camera import Framing, film, pictures
 from beltrepro.replication.camera.scene import Camera, Scene
 from beltrepro.replication.camera.track import Track, track
 from beltrepro.replication.camera.video import Frame, write_video
-from beltrepro.replication.plan import io
 from recorded import RATE, swaying
 
 MOVEMENT = swaying(4.0)
 TRUE = MOVEMENT.x_m[:, -1]
 CLEAN = {"blur": 0, "sensor_noise": 0, "light_unevenness": 0, "light_drift": 0, "compression": 0}
-POOR = {"blur": 1.2, "sensor_noise": 6, "light_unevenness": 0.3, "light_drift": 0.3}
 WORKFLOW = {"blur": 0.8, "sensor_noise": 3, "light_unevenness": 0.3, "light_drift": 0.2}
 WORKFLOW |= {"angle": 0.7, "dropped": 0.01, "compression": 26}
 CAMERA = Camera(metres_per_pixel=0.0021, width=400, height=80)
@@ -48,11 +45,8 @@ def rms(values):
     ("settings", "limit"),
     [
         (CLEAN | {"exposure": 0}, 0.005),
-        (WORKFLOW, 0.1),
         (CLEAN | {"exposure": 1 / 24}, 0.1),
-        (POOR | {"dropped": 0.1, "angle": 5.0}, 0.1),
-        (POOR | {"angle": -9.0}, 0.1),
-        (POOR | {"light_unevenness": 0.6}, 0.15),
+        ({"blur": 1.2, "sensor_noise": 6, "light_unevenness": 0.3, "angle": -9.0}, 0.1),
         (WORKFLOW | {"compression": 38}, 0.2),
     ],
 )
@@ -66,21 +60,6 @@ def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, settings, limit):
     assert rms(error) < limit
     assert tracked.angle == pytest.approx(camera.angle, abs=0.2)
     assert tracked.zero == pytest.approx(view.zero, abs=1.0)
-
-
-@pytest.mark.parametrize(
-    "scene",
-    [
-        Scene(belt=90, block=60, white_block=170, tape=150, mark=80, spring=110),  # little contrast
-        Scene(white_block=255, tape=255, spring=250),  # springs as bright as the block
-        Scene(block_length=0.06, block_width=0.06),
-    ],
-)
-def test_other_colours_and_sizes(tmp_path, scene):
-    view = Framing.of(MOVEMENT, scene, CAMERA)
-    film(MOVEMENT, tmp_path / "film.mp4", scene=scene, camera=CAMERA)
-    tracked = track(tmp_path / "film.mp4", scale=view.metres_per_pixel, zero=view.zero[0])
-    assert len(tracked.time_s) == len(TRUE) and rms(errors(tracked)) < 0.2
 
 
 def test_scale_zero_and_support_are_those_that_are_given(tmp_path):
@@ -106,15 +85,6 @@ def test_frames_without_the_block_are_lost_and_told(tmp_path):
     np.testing.assert_allclose(tracked.lost_s, np.array(times) / RATE, atol=1e-3)
     assert len(tracked.time_s) == len(frames) - 13
     assert rms(errors(tracked)) < 0.1
-
-
-def test_a_block_that_leaves_the_picture_is_lost(tmp_path):
-    edge = int(VIEW.left + np.quantile(TRUE, 0.7) / VIEW.metres_per_pixel) + 14
-    frames = [picture[:, : edge - edge % 2] for picture in WHOLE]
-    tracked = track(written(tmp_path / "film.mp4", frames), **KNOWN)
-    beyond = VIEW.along(TRUE + 0.02) > frames[0].shape[1]
-    assert len(tracked.time_s) <= np.sum(~beyond) < len(TRUE)
-    assert np.abs(errors(tracked)).max() < 0.3
 
 
 def test_a_film_that_breaks_off_is_measured_up_to_there_and_a_resting_block_too(tmp_path):
@@ -146,12 +116,8 @@ NO_BLOCK = [frame.picture for frame in pictures(MOVEMENT, scene=BLACK, camera=CA
     ("make", "words"),
     [
         (lambda path: path, "no such file"),
-        (lambda path: path.parent, "a folder"),
         (lambda path: path.write_bytes(b"time_s,x_m\n0,1\n") and path, "not a video"),
-        (lambda path: written(path, WHOLE[:1]), "found in 1 of 1 frames"),
-        (lambda path: written(path, np.zeros((9, 64, 64), np.uint8)), "found in 0 of 9 frames"),
         (lambda path: written(path, NO_BLOCK), "half of them are needed"),
-        (lambda path: written(path, np.rot90(WHOLE, axes=(1, 2))), "from left to right"),
         (lambda path: written(path, painted(slice(20, 39))), "two white things"),
     ],
 )
@@ -160,21 +126,6 @@ def test_films_that_are_refused(tmp_path, make, words):
     with pytest.raises(InputError, match=words) as caught:
         track(path, **KNOWN)
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"zero": None}, r"scale = metres / pixels between them \(--scale\). zero = the pixel"),
-        ({"scale": float("nan")}, "scale = nan: a finite number"),
-        ({"scale": 2.1}, "scale = 2.1: must be at least 1e-06 and at most 0.1"),
-        ({"zero": float("inf")}, "zero = inf"),
-        ({"support": "up"}, "support = 'up': allowed are left, right"),
-    ],
-)
-def test_options_that_are_refused(options, words):
-    with pytest.raises(InputError, match=words):
-        track("film.mp4", **KNOWN | options)
 
 
 # --- tables ---------------------------------------------------------------------------------------
@@ -193,36 +144,19 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     assert (again.metres_per_pixel, again.zero, again.angle) == (0.0021, (13.9, 27.4), 0.7)
 
 
-def test_films_and_tracks_are_read_by_their_names(tmp_path):
-    written(tmp_path / "a.mp4", WHOLE[:5])
-    Track(np.arange(3.0), np.ones(3), np.empty((0, 2))).save(tmp_path / "a.csv", sources={"a": {}})
-    seal.put(tmp_path / "a.csv")
-    paths = {"a_film": str(tmp_path / "a.mp4"), "a_track": str(tmp_path / "a.csv")}
-    loaded, sources = io.load(paths)
-    assert sources == {"a": {}} and loaded["a_track"].x_m.tolist() == [1, 1, 1]
-    for _ in range(2):
-        times = [frame.time_s for frame in loaded["a_film"]()]
-        assert times == pytest.approx(np.arange(5) / RATE, abs=1e-4)
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "lacks the column time_s, x_m"),
         ("t,x\n0,1\n", "lacks the column time_s, x_m"),
-        (HEADER, "has no rows"),
         (HEADER + "0,fast\n", "row 1 has no finite number in time_s or x_m: 0, fast"),
-        (HEADER + ROWS + "nan,1\n", "row 61 has no finite number"),
-        (HEADER + ROWS + "9\n", "row 61 has no finite number"),
         (HEADER + ROWS + "1e9,1\n", "too far apart"),
         (HEADER + "0,0.8\n" * 60, "must rise"),
         (HEADER + "0,-0.8\n" + ROWS.partition("\n")[2], "measured from the support"),
-        (b"\x89PNG\r\n\xff\xfe", "not a text file"),
     ],
 )
 def test_tables_that_are_refused(tmp_path, capsys, text, words):
     path = tmp_path / "a.csv"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    path.write_text(text)
     assert cli.main(["analyse", str(path)]) == 2
     out, err = capsys.readouterr()
     assert not out and words in err and str(path) in err and err.count("\n") == 1

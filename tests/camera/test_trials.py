@@ -1,16 +1,12 @@
 """Trials: runs judged as recordings of the experiment, against naive twins."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-import recorded
 from beltrepro import ChainParameters, simulate
-from beltrepro.base.errors import InputError
 from beltrepro.model import units
 from beltrepro.replication.camera import recording
-from beltrepro.replication.camera.trials import _slip, trials
+from beltrepro.replication.camera.trials import trials
 
 FRAME = 0.54484  # model time between frames, 24 in a second
 SPAN = {"duration": 1500.0, "transient": 500.0}
@@ -81,16 +77,3 @@ def test_trials_do_not_depend_on_how_many_are_made_at_once(table, monkeypatch):
     again = trials(CHAINS, **SPAN, sample_interval=FRAME, **HOW)
     for name, values in table.items():
         np.testing.assert_array_equal(values, again[name])
-
-
-def test_a_block_that_turns_round_is_stuck_for_no_time():
-    rows = [(1.0, 1, "slip"), (3.0, 1, "stick"), (3.0, 1, "slip"), (6.5, 1, "stick")]
-    events = np.array([*rows, (7.0, 1, "slip")], recorded.EVENTS)
-    begin = SimpleNamespace(time=0.0, directions=np.array([0]))
-    run = SimpleNamespace(initial_state=begin, duration=9.0, transient=2.0, events=events)
-    assert _slip(run, [1]) == 4.5  # from the end of the transient
-
-
-def test_samples_too_far_apart_are_refused_in_one_line():
-    with pytest.raises(InputError, match=r"sample_interval = 900: 1 samples"):
-        trials(CHAINS[0], **SPAN, sample_interval=900.0, method="event")

@@ -8,12 +8,10 @@ import itertools
 
 import numpy as np
 import pytest
-from matplotlib.patches import FancyArrowPatch
 
 import drawn
 import figure_data as made
 import naive
-from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.transition import figures as transition
 from beltrepro.stats import spectra, states
@@ -65,7 +63,6 @@ def test_fig06_is_the_force_of_the_spring():
         r"$\Delta l$", "$F_e$", ideal, (x, force, "spring of the model"), ([-20, 20], [20, -20])
     )
     assert (x.min(), x.max()) == (-36, 100) and panel.spans == [("x", -20, 20)]
-    assert set(panel.texts) == {"linear", "$b_1 = 0.2$", "$b_2 = 0.01$"}
 
 
 def test_fig07_is_the_friction_of_one_event_of_the_last_block():
@@ -81,17 +78,9 @@ def test_fig07_is_the_friction_of_one_event_of_the_last_block():
         (external[stuck], friction[stuck], "stuck: $F_f = -F_{ex}$"),
         (external[slips], friction[slips], "slipping: $F_f = f_s F_{st}$"),
     )
-    assert "block 5 of 5, slip at $t$ = 9.00" in panel.title
     assert panel.guides == [("y", 0), ("x", 0), ("y", 80), ("y", 0.4 * 80)]
-    begin, end = external[slips][[0, -1]]
-    jumps = [(begin, friction[stuck][-1]), (begin, friction[slips].mean())]
-    jumps += [(end, friction[slips].mean()), (end, -end)]
-    arrows = [patch for patch in panel.axes.patches if isinstance(patch, FancyArrowPatch)]
-    np.testing.assert_allclose(np.reshape([arrow._posA_posB for arrow in arrows], (4, 2)), jumps)
     enlarged.draws("$F_{ex}$", "$F_f$", (external[slips], friction[slips]))
     assert enlarged.guides == [("y", 0.4 * 80)]
-    assert enlarged.spans == [("y", pytest.approx(31.6), pytest.approx(32.4))]  # noise 1 on F_st
-    assert rf"measured {friction[slips].std():.2f}, $f_s \sigma$ = 0.40" in enlarged.title
 
 
 # --- series ---------------------------------------------------------------------------------------
@@ -135,16 +124,6 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     is_spectrum(spectrum, dataset("u1"), 0.0016, -1.21)  # caption of Fig. 8
     middle = time[np.argmin(relative)]
     is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
-
-
-def test_a_slip_that_never_ends_is_one_laminar_phase():
-    data = dataset("n10_u34")
-    events, velocities = data.arrays["events"], data.arrays["velocities"].copy()
-    velocities[..., -1] = 1.0
-    changed = {"events": events[events["block"] != 10], "velocities": velocities}
-    data = Dataset(data.arrays | changed, data.attributes)
-    panel = shown("fig20", n10_u34=data)[2]
-    assert ": 1 laminar phase, 100% of" in panel.title and len(panel.spans) == 1
 
 
 # --- the catalogue --------------------------------------------------------------------------------
@@ -214,12 +193,10 @@ def test_fig10_is_the_points_at_which_the_last_block_slips_by_both_integrators()
 def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
     top, disorder, _, exponents = shown("fig12")
     top.draws("", "$v_N$", crossings("n5_rows", 5, 0.0))
-    assert "section $x_N = 555$" in top.title
     is_exponents(exponents, 5)
     single = row("n5_rows", 5, 0.0)
     starts = (*runs(*row("n5_replicates_check", 5, 0.0)), "other starts")
     disorder.draws("", "$r$", single, row("n5_rows_check", 5, 0.0), starts, more=0)
-    assert disorder.legend == ["other starts", "as in the paper", "exact motion"]
     assert disorder.spans[-1] == ("x", 15, 18)  # Sec. IV.A
     data = made.data_of("fig12")
     del data["n5_replicates_check"], data["n5_rows_check"]
@@ -236,17 +213,6 @@ def is_exponents(panel, n_blocks):
         curve = panel.curve(state)
         np.testing.assert_allclose(curve.points.T, [u, value, *drawn.ends(value, error)])
         assert curve.colour == transition.COLOURS[state]
-
-
-def test_fig14_is_a_diagram_of_all_noises_and_a_column():
-    *strips, below = shown("fig14")
-    for strip, noise in zip(strips, made.LEVELS, strict=True):
-        assert strip.title.endswith(rf"$\sigma = {noise:g}$")
-        xlabel = "$u$" if strip is strips[-1] else ""
-        strip.draws(xlabel, "$v_N$", crossings("n5_rows", 5, noise))
-    points = column("n5_u7", 5, 7.0)
-    below.draws(r"$\sigma$", "$r$", runs(*points), mean(*points))
-    assert ("x", 0.75) in below.guides  # Sec. IV.B
 
 
 @pytest.mark.parametrize(

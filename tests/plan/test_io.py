@@ -6,12 +6,10 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from PIL import Image
 
 import small_plans
 from beltrepro.base import provenance, seal, store
 from beltrepro.base.errors import InputError
-from beltrepro.replication.drawing import style
 from beltrepro.replication.plan import io
 from beltrepro.replication.plan.points import columns, points_of
 
@@ -132,17 +130,3 @@ def test_jobs_read_datasets_and_tables_and_what_is_behind_them(tmp_path):
     assert sources["rows.h5"] == {
         name: written.attributes[name] for name in ("preset", "run", "digest", "code_version")
     }
-
-
-def test_figures_say_what_they_are_drawn_from_and_have_their_seals(tmp_path):
-    figure = style.page(3)
-    figure.add_subplot().plot([0, 1])
-    paths = tmp_path / "fig12.png", tmp_path / "fig12.pdf"
-    style.save(figure, *paths, {"rows": {"digest": "a"}})
-    for path in paths:
-        seal.check(path)
-    with Image.open(paths[0]) as image:
-        drawn = json.loads(image.info["Description"])
-        assert image.info["Title"] == "fig12"
-    assert drawn["sources"] == {"rows": {"digest": "a"}}
-    assert drawn["code_version"] == provenance.code_version() and drawn["processor"]

@@ -2,29 +2,18 @@
 
 import ast
 import copy
-import inspect
 import re
-import runpy
 from pathlib import Path
-from pkgutil import resolve_name
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 import small_plans
-from beltrepro.base import seal
-from beltrepro.model.units import to_si
-from beltrepro.replication.plan import io, kinds
-from beltrepro.replication.plan.config import Settings, load_config
+from beltrepro.replication.plan import kinds
 from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.points import CHAIN, QUANTITIES, REQUIRED, points_of
-from beltrepro.replication.plan.workflow import Workflow
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES, points_of
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflow"
-CONFIG = load_config(ROOT / "config.yaml")
-EMPTY = inspect.Parameter.empty
 OTHER = {  # than those of `planned`, and sensible
     "method": "verlet",
     "samples": ["velocities"],
@@ -48,10 +37,6 @@ def changed(spec, name):
     value = part[name][0] if name in QUANTITIES and isinstance(part[name], list) else part[name]
     part[name] = OTHER[name] if name in OTHER else value * 0.5 if value % 1 else value + 1
     return spec
-
-
-def script(name):
-    return runpy.run_path(str(WORKFLOW / "scripts" / f"{name}.py"))
 
 
 # --- from the plan to the function of a kind ------------------------------------------------------
@@ -86,19 +71,6 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
     assert len(heard) == len(names) + 1
 
 
-def test_defaults_of_settings_are_those_of_the_functions_that_get_them():
-    compared = 0
-    for kind in KINDS.values():
-        of_function = inspect.signature(resolve_name(kind.record)).parameters
-        for name in kind.settings:
-            own = Settings.model_fields[name].default
-            default = getattr(of_function.get(name), "default", EMPTY)
-            if own != REQUIRED and default is not EMPTY:
-                compared += 1
-                assert own == (list(default) if isinstance(own, list) else default), name
-    assert compared > 8
-
-
 # --- scripts --------------------------------------------------------------------------------------
 
 
@@ -120,42 +92,3 @@ def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
     whole = values - read - {"code", "shown"}  # of reruns
     assert whole == set(), "never read"
     assert read & {"spec", "settings", "code", "benchmarks"} <= values
-
-
-@pytest.mark.slow
-def test_a_film_is_taken_as_told(tmp_path):
-    plan = planned("series", n_blocks=2, belt_velocity=5, sample_interval=0.5448376, noise=0)
-    spec = plan.spec("one")
-    points = plan.datasets["one"].points
-    data = kinds.record("series", points, spec["settings"])
-    io.write(tmp_path / "one.h5", spec, data)
-    small = {"width": 128, "height": 64, "seed": 1, "compression": 0, "metres_per_pixel": 0.004}
-    take, made = script("film")["main"], set()
-    others = {"width": 130, "height": 48, "seed": 2, "blur": 3, "angle": 5, "sensor_noise": 9}
-    others |= {"exposure": 0.04, "light_unevenness": 0.5, "dropped": 0.5, "compression": 30}
-    cameras = [small, *(small | {name: value} for name, value in others.items())]
-    for camera in cameras:
-        video, table = (tmp_path / f"f.{ending}" for ending in ("mp4", "csv"))
-        job = SimpleNamespace(
-            input={"one": str(tmp_path / "one.h5")},
-            output=SimpleNamespace(video=video, table=table),
-            params=SimpleNamespace(spec={"film": "f", "camera": camera}),
-            threads=1,
-        )
-        take(job)
-        for path in (video, table):
-            seal.check(path)
-        made.add(video.read_bytes())
-        loaded, sources = io.load({"f_film": str(video), "f_track": str(table)})
-        assert list(sources) == ["one"] and io.said(table)["camera"] == camera
-        seen = loaded["f_track"]
-        frame = np.rint(seen.time_s * 24).astype(int)
-        true = to_si(data["positions"][0, frame, -1], "length")
-        np.testing.assert_allclose(seen.x_m, true, atol=2e-3)
-    assert len(made) == len(cameras)
-
-
-def test_claims_are_measured_from_all_datasets_and_all_tracks():
-    flow = Workflow(CONFIG | {"preset": "smoke"})
-    tracks = {f"{name}_track" for name in flow.plan.films}
-    assert set(flow.judged) == {*flow.plan.datasets, *tracks}

@@ -10,7 +10,6 @@ import contextlib
 import os
 import secrets
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -20,8 +19,6 @@ from pathlib import Path
 PROGRAMS = ("slurmctld", "slurmd", "slurmstepd", "sbatch", "srun", "squeue", "scontrol", "sacct")
 PROGRAMS += ("munged",)
 SECONDS_TO_START = 60
-
-MARK = "BELTREPRO_CLUSTER"  # in the environment of all that belongs to a cluster
 
 # Jobs of Snakemake drop all variables of Slurm before they call srun, also the place of its
 # configuration: so srun is this.
@@ -86,9 +83,8 @@ class Cluster:
         self.environment = os.environ | {
             "SLURM_CONF": str(self.folder / "slurm.conf"),
             "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}",
-            MARK: str(self.folder),
         }
-        self._daemons = {}
+        self._daemons = []
 
     def __enter__(self):
         for name in ("munge", "control", "node", "bin"):
@@ -120,27 +116,12 @@ class Cluster:
     def __exit__(self, *_):
         with contextlib.suppress(subprocess.SubprocessError, OSError):
             self.ask("scancel", "--user=root", timeout=10)
-        for name in ("slurmd", "slurmctld", "munged"):
-            self._end(name, signal.SIGTERM)
-        self.kill_jobs()
-
-    def kill_jobs(self):
-        """Kill all that runs on the node."""
-        for process in self.job_processes():
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(process, signal.SIGKILL)
-
-    def job_processes(self):
-        """Processes of jobs: those in whose environment stand this cluster and a job, and steps."""
-        numbers = []
-        for entry in Path("/proc").glob("[0-9]*"):
-            with contextlib.suppress(OSError):
-                variables = (entry / "environ").read_bytes().split(b"\0")
-                ours = f"{MARK}={self.folder}".encode() in variables
-                step = (entry / "comm").read_text().startswith("slurmstepd")
-                if ours and (step or any(v.startswith(b"SLURM_JOB_ID=") for v in variables)):
-                    numbers.append(int(entry.name))
-        return numbers
+        for daemon in reversed(self._daemons):
+            daemon.terminate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                daemon.wait(timeout=10)
+            daemon.kill()
+            daemon.wait()
 
     def ask(self, *command, timeout=60):
         """What a command of Slurm prints."""
@@ -160,18 +141,7 @@ class Cluster:
     def _start(self, name, *options):
         with (self.folder / f"{name}.out").open("ab") as out:
             how = {"env": self.environment, "stdout": out, "stderr": subprocess.STDOUT}
-            self._daemons[name] = subprocess.Popen([name, *options], **how, start_new_session=True)
-
-    def _end(self, name, how):
-        daemon = self._daemons.pop(name, None)
-        if daemon is None:
-            return
-        daemon.send_signal(how)
-        try:
-            daemon.wait(timeout=10)
-        except subprocess.TimeoutExpired:
-            daemon.kill()
-            daemon.wait()
+            self._daemons.append(subprocess.Popen([name, *options], **how, start_new_session=True))
 
 
 def _free_port():

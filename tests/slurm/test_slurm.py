@@ -1,17 +1,15 @@
 """The workflow through a real Slurm of one node gives the bits of a run without it."""
 
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from cluster import Cluster, missing
 
 from beltrepro.base import store
+from interruptions import copy_of_project
 
-ROOT = Path(__file__).parents[2]
 # One machine has no slow file system, and this Slurm no database of jobs.
 QUICK = (
     *("--slurm-init-seconds-before-status-checks", "5", "--slurm-status-command", "squeue"),
@@ -21,8 +19,8 @@ QUICK = (
 
 def snakemake(place, run, environment, *options):
     """Run the smoke preset on a copy of the project, with the package of the copy."""
-    settings = ("--config", "preset=smoke", f"run={run}")
-    command = [sys.executable, "-m", "snakemake", *options, *settings]
+    command = [sys.executable, "-m", "snakemake", *options]
+    command += ["--config", "preset=smoke", f"run={run}"]
     environment = environment | {"PYTHONPATH": str(place / "src")}
     done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
@@ -37,11 +35,7 @@ def snakemake(place, run, environment, *options):
 @pytest.mark.skipif(bool(missing()), reason=f"Slurm: {missing()}")
 def test_smoke_through_slurm_has_the_bits_of_a_run_without_it(tmp_path):
     pytest.importorskip("snakemake_executor_plugin_slurm", reason="`make slurm` installs it")
-    place = tmp_path / "project"
-    for name in ("src", "workflow", "profiles"):
-        shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("Snakefile", "config.yaml", "CITATION.cff"):
-        shutil.copy(ROOT / name, place)
+    place = copy_of_project(tmp_path / "project")
     alone = snakemake(place, "alone", dict(os.environ), "--cores", "2")
     with Cluster(tmp_path / "cluster") as cluster:
         profile = ("--profile", "profiles/slurm")

@@ -75,12 +75,6 @@ def test_shares_of_made_up_starts():
     assert five["starts"].tolist() == [np.sum(reached == 1), np.sum(reached == 2)]
 
 
-def test_falls_of_made_up_sweeps():
-    table = measure.sweep_falls(figure_data.branching())
-    at = table[(table["noise"] == 0) & (table["belt_velocity"] == 20)].set_index(["way", "hold"])
-    assert np.all(at.loc["up", "share"] == 0.0) and np.all(at.loc["down", "share"] == 1.0)
-
-
 # --- what explains the fall of r ------------------------------------------------------------------
 
 VELOCITIES = np.arange(14.0, 22)
@@ -118,7 +112,6 @@ def upwards(fall, runs=8):
         ({}, YES),  # the orbit of a single run begins at 15: irregular motion does not find it
         ({"first": 20.0, "begin": 19.2}, IN_PART),
         ({"first": 20.0, "begin": 18.1, "below": 0.3}, NO),
-        ({"first": 20.0}, IN_PART),  # from 18 to 19 nobody falls
         ({"below": 0.05}, YES),  # one of sixty
         ({"below": 0.4}, IN_PART),
     ],
@@ -136,7 +129,6 @@ def test_the_begin_of_the_orbits_that_are_found(changes, verdict):
         ((20, 19, 18), YES),
         ((18, 18, 18), OPEN),
         ((18, 19, 20), IN_PART),  # the wrong way
-        ((20, 15, 15), IN_PART),
         ((15, 15, 16), NO),
     ],
 )

@@ -56,8 +56,6 @@ PRINTED = law(-2.42, 1.28)  # as an amplitude over 1e6: 0.0016 * nu**-1.21
         (PRINTED, law(-2.42), (YES, IN_PART)),  # one exponent, but another
         (PRINTED, BENT, (YES, NO)),
         (law(-3.4, 1.28), BENT, (IN_PART, NO)),
-        (law(-2.42, 130.0), BENT, (IN_PART, NO)),
-        (law(-3.4, 130.0), BENT, (NO, NO)),
         (law(-2.82, 1.28), BENT, (IN_PART, NO)),
     ],
 )
@@ -67,10 +65,6 @@ def test_the_spectrum(series, exact, verdicts):
 
 def test_the_amplitude_of_a_spectrum_is_that_of_a_long_series():
     """2|X|/n of white noise of variance s^2 and interval d over a time T: 2 s sqrt(d / T)."""
-    halves = measured(
-        "spectrum-exponent", "power, exact dynamics", u1=PRINTED, u1_event=BENT
-    ).judged
-    assert halves["upper minus lower half"].value == pytest.approx(-2.8, abs=0.4)
     numbers = measured("spectrum-exponent", u1=PRINTED).judged
     assert numbers["exponent"].value == pytest.approx(-1.21, abs=0.05)
     white = RNG(2).standard_normal(160_000) * 3
@@ -122,7 +116,7 @@ def peaks_of(factor, spread, count=200):
 
 @pytest.mark.parametrize(
     ("factor", "spread", "verdict"),
-    [(50, 0.5, YES), (50, 0.01, IN_PART), (5, 0.01, NO), (12, 0.5, IN_PART), (6, 0.5, OPEN)],
+    [(50, 0.5, YES), (50, 0.01, IN_PART), (5, 0.01, NO), (6, 0.5, OPEN)],
 )
 def test_peaks_of_the_velocity_in_slips(factor, spread, verdict):
     peaks = peaks_of(factor, spread)
@@ -198,10 +192,8 @@ def cut_off(decay=0.02, count=4000):
     [
         ({}, (YES, YES), (YES, YES)),
         ({"size": -1.05}, (NO, IN_PART), (YES, YES)),
-        ({"size": -1.9}, (NO, IN_PART), (YES, YES)),
         ({"size": -1.69}, (IN_PART, IN_PART), (YES, YES)),
         ({"energy": -0.4}, (YES, YES), (NO, IN_PART)),
-        ({"energy": -1.4}, (YES, YES), (NO, IN_PART)),
     ],
 )
 def test_exponents_of_power_laws(change, size, energy):
@@ -209,12 +201,6 @@ def test_exponents_of_power_laws(change, size, energy):
     made = {"slips_u1": made, "slips_u1_event": made}
     assert both("slip-size-exponent", **made) == size
     assert both("slip-energy-exponent", **made) == energy
-
-
-def test_a_line_through_what_is_no_power_law_is_replicated_but_not_robust():
-    lines = {"slips_u1": of_laws(), "slips_u1_event": cut_off()}
-    for name in ("slip-size-exponent", "slip-energy-exponent"):
-        assert both(name, **lines) == (YES, NO)
 
 
 def test_the_interval_of_an_exponent_is_that_over_chains():
@@ -268,7 +254,6 @@ LINE_OF_N = {5: -1.47, 7: -2.5, 10: -0.3}  # no two densities of one form
         ((0, 0), None, IN_PART),  # of one form, but they do not grow
         ((0, 0), LINE_OF_N, NO),
         ((1, 1.5), LINE_OF_N, IN_PART),
-        ((1, 0.2), None, IN_PART),
         ((0.35, 0.8), None, IN_PART),
     ],
 )
@@ -279,12 +264,6 @@ def test_growth_and_form_of_avalanches(powers, shape, verdict):
         *grown, _ = measured("soc-cutoff", **made).judged.values()
         for estimate, power in zip(grown, powers, strict=True):
             assert estimate.value == pytest.approx(power, abs=0.15) and estimate.runs == 8
-
-
-def test_cutoffs_of_orbits_without_scatter_have_an_interval():
-    same = np.tile([100.0, 200.0, 400.0], 800)
-    made = growing(1, 1.5) | {"slips_u1": catalogue(same, same, chains=8)}
-    assert np.isfinite(measured("soc-cutoff", **made).judged["slip size: growth with N"].high)
 
 
 def test_densities_of_one_law_collapse_and_others_do_not():
@@ -306,9 +285,6 @@ def test_densities_of_one_law_collapse_and_others_do_not():
     assert collapsed.also["distance without scaling"].value > 1.08 * one.value
     tilted = {n: critical(n, chain, exponent=-1.4 - 0.2 * (n - 5)) for n in (5, 7, 10)}
     assert apart(tilted).low > 1.15
-    humped = {n: critical(n, chain) for n in (5, 7, 10)}
-    humped[7].values[::4] = 1500.0
-    assert apart(humped).low > 1.15
 
 
 def test_the_form_is_that_of_avalanches_of_several_blocks_and_each_method_has_its_own():
@@ -362,36 +338,6 @@ def test_samples_are_of_the_last_block_and_of_what_it_takes_part_in():
 
 
 # --- blocks that slip together --------------------------------------------------------------------
-
-
-def naive_most_at_once(catalogued, slips):
-    most = []
-    for avalanche in catalogued:
-        chosen = slips[slips["point"] == avalanche["point"]]
-        inside = (chosen["start_time"] >= avalanche["start_time"]) & (
-            chosen["stop_time"] <= avalanche["stop_time"]
-        )
-        chosen = chosen[inside]
-        instants = chosen["start_time"]
-        counts = [((chosen["start_time"] <= t) & (chosen["stop_time"] > t)).sum() for t in instants]
-        most.append(max(counts))
-    return np.array(most)
-
-
-def test_blocks_that_slip_at_one_instant_are_counted_as_by_a_plain_loop():
-    rng = RNG(6)
-    slips = np.zeros(200, SLIP)
-    slips["point"], slips["block"] = np.repeat([0, 3], 100), rng.integers(1, 5, 200)
-    slips["start_time"] = np.repeat(10.0 * np.arange(50), 4) + rng.integers(0, 4, 200)
-    slips["stop_time"] = slips["start_time"] + rng.integers(1, 4, 200)
-    result = np.zeros(50, AVALANCHE)
-    result["point"] = np.repeat([0, 3], 25)
-    result["start_time"] = 10.0 * np.arange(50)
-    result["stop_time"] = result["start_time"] + 8
-    order = rng.permutation(200)
-    expected = naive_most_at_once(result, slips)
-    assert avalanches.most_at_once(result, slips[order]).tolist() == expected.tolist()
-    assert len(set(expected)) > 2
 
 
 def test_blocks_that_slip_together():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from made_up import both, measured, scan
 
@@ -31,7 +30,6 @@ def pair(noise, *, differing=0, factor=1.3, scatter=0.02, replicates=12, seed=1)
     [
         ({}, {}, (YES, YES)),
         ({"differing": 20}, {}, (NO, IN_PART)),
-        ({"differing": 8}, {}, (OPEN, OPEN)),
         ({}, {"differing": 20}, (YES, IN_PART)),
         ({}, {"differing": 3}, (YES, OPEN)),
         ({"differing": 20}, {"differing": 20, "seed": 2}, (NO, NO)),
@@ -48,16 +46,6 @@ def test_the_shift_is_event_over_scheme_and_noise_is_kept_apart():
     numbers = measured("method-independence", "with and without noise", **made).also
     assert numbers["mean shift, with noise"].value == pytest.approx(np.log(1.2), abs=0.01)
     assert numbers["mean shift, without noise"].value == pytest.approx(np.log(0.5), abs=0.01)
-
-
-def test_points_need_runs_by_both():
-    made = pair(1.0, replicates=3)
-    with pytest.raises(NotEnoughDataError, match="0 points with noise by both integrators, 8"):
-        measured("method-independence", **made)
-    few = pair(1.0, replicates=4)
-    assert (
-        measured("method-independence", **few).judged["points that differ, with noise"].runs == 30
-    )
 
 
 def test_long_runs_at_the_edges_count_beside_the_short_ones_at_the_same_points():

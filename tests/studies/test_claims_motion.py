@@ -12,7 +12,6 @@ from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC
 from made_up import (
     ABOVE,
     CLEAR,
-    SHORT,
     both,
     grades,
     joined,
@@ -39,12 +38,6 @@ def test_irregular_runs_without_an_exponent_are_open_and_widen_the_interval():
     assert periodic.high == share_of("p" * 10 + "c" * 10, PERIODIC).high
 
 
-def test_chaos_counts_only_where_it_was_seen_for_long():
-    brief = share_of("c" * 10 + "p" * 10, duration=SHORT)
-    assert (brief.value, brief.still_open) == (0, 10)
-    assert brief.high == share_of("c" * 10 + "p" * 10).high
-
-
 # --- section of phase space -----------------------------------------------------------------------
 
 
@@ -66,7 +59,6 @@ def section(coordinates, *, runs=16, belt_velocity=1.0):
         (2, 5e5, (YES, IN_PART), 9000),  # of low dimension, but no attractor
         pytest.param(2, 2e6, (YES, YES), 9000, marks=pytest.mark.thorough),
         pytest.param(5, 2e6, (NO, IN_PART), 9000, marks=pytest.mark.thorough),
-        pytest.param(5, 5e5, (NO, NO), 9000, marks=pytest.mark.thorough),
     ],
 )
 def test_the_section_of_an_attractor(dimension, lifetime, verdicts, size):
@@ -102,19 +94,10 @@ def by_both(lifetime, **options):
     }
 
 
-@pytest.mark.parametrize(("long", "verdict"), [(40, YES), (28, YES), (20, OPEN), (6, NO), (0, NO)])
+@pytest.mark.parametrize(("long", "verdict"), [(28, YES), (20, OPEN), (6, NO)])
 def test_aperiodic_motion_at_u15(long, verdict):
-    """Of 40 runs: two in three hold, one in two do not tell, one in six fail."""
     made = by_both([1e5] * long + [99_999.0] * (40 - long), u=15.0)
     assert both("u15-aperiodic", **made) == (verdict, verdict)
-
-
-def test_runs_at_u15_that_are_given_up_are_open():
-    runs = settled([SHORT] * 20 + [500.0] * 20, u=15.0, duration=SHORT)
-    share = measured("u15-aperiodic", EXACT, survival=runs).judged["irregular for 1e5"]
-    assert (share.value, share.still_open) == (0, 20) and share.high > 0.6
-    enough = by_both([SHORT] * 4 + [500.0] * 36, u=15.0, duration=SHORT)
-    assert both("u15-aperiodic", **enough) == (NO, NO)
 
 
 def test_only_runs_at_the_point_count_and_of_the_exact_ones_the_longest():
@@ -137,9 +120,7 @@ def test_only_runs_at_the_point_count_and_of_the_exact_ones_the_longest():
         ([2000] * 40, {"exponents": ABOVE / 10}, (YES, IN_PART)),  # 0.4 e-foldings
         ([2000] * 4 + [499] * 36, {}, (IN_PART, IN_PART)),
         ([2000] * 40, {"state": EQUILIBRIUM}, (IN_PART, IN_PART)),
-        ([2000] * 40, {"slips": 0}, (IN_PART, IN_PART)),  # periodic, but without sticks
         ([2000] * 4 + [CLEAR] * 36, {}, (IN_PART, IN_PART)),  # lasting irregular motion
-        ([300] * 4 + [CLEAR] * 4, {}, (OPEN, OPEN)),
         ([499] * 40, {"state": EQUILIBRIUM, "exponents": -ABOVE}, (NO, NO)),
     ],
 )
@@ -147,33 +128,15 @@ def test_the_transient_at_u7(lifetime, changes, verdicts):
     made = by_both(lifetime, u=7.0, **changes)
     assert both("u7-transient-chaos", **made) == verdicts
     periodic = sum(time < CLEAR for time in lifetime) / len(lifetime)
-    if "state" in changes or "slips" in changes:
+    if "state" in changes:
         periodic = 0
     verdict = {0: NO, 0.1: NO, 0.5: OPEN, 1: YES}[periodic]
     assert both("u7-periodic", **made) == (verdict, verdict)
 
 
-@pytest.mark.parametrize(
-    ("exponents", "verdict"),
-    [
-        (ABOVE, YES),
-        (-ABOVE, NO),
-        (2e-3 + np.tile([-4e-3, 4e-3], 4), OPEN),
-        ([0.004, 0.003, 0.004, *[np.nan] * 5], YES),
-        ([0.004, 0.003, *[np.nan] * 6], OPEN),  # two are no sample: none is found
-    ],
-)
-def test_e_foldings_against_their_scatter_over_the_runs(exponents, verdict):
-    runs = settled([2000.0] * 8, u=7.0, exponents=exponents)
-    assert grades("u7-transient-chaos", "robust", survival=runs)["e-foldings"] == verdict
-
-
 # --- u <= 15 --------------------------------------------------------------------------------------
 
-BELOW = np.linspace(1, 15, 30)
 
-
-MILLION = 1e6
 OUTSIDE = np.arange(1.0, 11)  # velocities with four runs each, and four more in a window
 IN_WINDOW = settled([3e3] * 16, u=np.repeat(np.arange(12.0, 16), 4), returns=20, duration=2e6)
 
@@ -188,11 +151,8 @@ def four_at_each(lasting, duration=2e6):
     ("lasting", "verdict"),
     [
         ([4] * 10, YES),
-        ([4] * 9 + [2], YES),
         ([3] * 10, OPEN),
         ([2] * 10, IN_PART),  # at all velocities, but half of the runs
-        ([4] * 2 + [0] * 8, NO),
-        ([1] + [0] * 9, NO),
         ([0] * 10, NO),
     ],
 )
@@ -227,9 +187,7 @@ def test_a_window_is_a_velocity_at_which_most_runs_of_the_scheme_end_on_short_or
         ("c" * 45 + "p" * 15, YES, YES),
         ("c" * 60, YES, OPEN),
         ("c" * 4 + "p" * 56, NO, NO),
-        ("c" * 45 + "p" * 3 + "e" * 12, YES, YES),
         ("c" * 30 + "p" * 30, OPEN, OPEN),
-        ("e" * 60, NO, OPEN),
     ],
 )
 def test_bands_and_windows_up_to_u15(letters, chaotic, periodic):
@@ -271,12 +229,9 @@ def beyond(low, lasting=0, high=40):
     ("low", "lasting", "high", "verdict"),
     [
         ("p" * 90, 0, 40, YES),
-        ("p" * 90, 1, 40, YES),  # one in forty is no more than a lenient reader allows
         ("p" * 90, 20, 40, IN_PART),
-        ("c" * 40 + "p" * 50, 0, 40, IN_PART),
         ("c" * 40 + "p" * 50, 20, 40, NO),
         ("p" * 20, 0, 40, OPEN),  # none of 20 may be up to 17 %
-        ("p" * 90, 1, 8, OPEN),
         ("p" * 80 + "t" * 10, 0, 40, OPEN),
     ],
 )
@@ -289,9 +244,7 @@ def test_chaotic_runs_beyond_the_transition(low, lasting, high, verdict):
     [
         (0, 0, 2e6, YES),
         (2, 0, 2e6, IN_PART),  # long orbits look chaotic too
-        (0, 9, 2e6, IN_PART),
         (30, 9, 2e6, NO),
-        (5, 0, 2e6, OPEN),
         (0, 9, 5e4, OPEN),  # transients
     ],
 )
@@ -318,8 +271,3 @@ def test_runs_that_settle_count_beside_the_motions():
         wild = settled(lifetimes, u=u, exponents=exponents)
         made = grades("no-permanent-chaos", "robust", survival=wild, **few)
         assert made[name] == verdict
-    for duration, still_open in ((SHORT, 20), (1e5, 0)):  # the latter counts as long
-        brief = settled([duration] * 20 + [100.0] * 40, u=u, duration=duration)
-        made = measured("no-permanent-chaos", EXACT, survival=brief, **few).judged
-        assert (made[name].still_open, made[name].runs) == (still_open, 90)
-        assert (made[name].value > 0) == (not still_open)

@@ -11,7 +11,7 @@ from beltrepro.replication.studies.sizes import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates
-from made_up import CLEAR, SHORT, both, grades, joined, measured, motion_map, scan
+from made_up import CLEAR, both, grades, joined, measured, motion_map, scan
 
 SIZES = (5, 6, 7, 10)
 PRINTED = {5: (15, 18), 6: (18, 24), 7: (23, 32), 10: (27, 40)}
@@ -43,7 +43,6 @@ def falling_runs(edges=(), *, noise=1.0, low=0.02, replicates=8):
     [
         ({10: (20, 48)}, (YES, YES)),
         ({}, (YES, OPEN)),  # wider as printed, which so few runs of ten blocks do not show
-        ({7: (17, 24)}, (IN_PART, IN_PART)),  # the middle lies outside
         ({5: (9, 24), 7: (25, 29)}, (IN_PART, IN_PART)),  # narrower
         ({7: (20, 35), 10: (33, 34)}, (YES, IN_PART)),  # ten blocks narrower than seven
     ],
@@ -56,7 +55,6 @@ def test_regions_where_they_are_printed_and_wider_with_each_size(edges, verdicts
     ("edges", "verdict"),
     [
         ({}, YES),
-        ({5: (8, 26), 10: (20, 45)}, IN_PART),
         ({5: (8, 26), 10: (30, 34)}, NO),
         ({5: (14, 20), 6: (18, 24)}, OPEN),
     ],
@@ -88,9 +86,7 @@ RISE = np.repeat(np.clip((PLACES - 25) / 18, 0.06, 0.94), 8)
     ("runs", "verdicts"),
     [
         ({"share": RISE}, (YES, YES)),
-        ({"share": RISE[::-1]}, (IN_PART, IN_PART)),
         ({"share": RISE, "last": 919_999.0}, (YES, IN_PART)),  # before the last tenth of the time
-        ({"share": RISE, "last": 920_000.0}, (YES, YES)),
         ({"share": RISE, "last": np.nan}, (YES, IN_PART)),  # no stick at all
         ({"share": RISE, "count": 1}, (IN_PART, IN_PART)),  # one phase is no alternation
         ({"share": 0.0 * RISE}, (NO, IN_PART)),
@@ -121,12 +117,9 @@ def small(letters="p" * 150, *, factor=1.0, duration=CLEAR):
     ("changes", "verdict"),
     [
         ({}, YES),
-        ({"letters": "p" * 120 + "q" * 20 + "e" * 10}, YES),
         ({"letters": "c" * 4 + "p" * 146}, YES),  # fewer than one in twenty
         ({"letters": "c" * 30 + "p" * 120}, IN_PART),
         ({"letters": "p" * 140 + "t" * 10}, OPEN),
-        ({"letters": "c" * 20 + "p" * 130, "duration": SHORT}, OPEN),
-        ({"factor": 2.0}, YES),
         ({"factor": 6.5}, IN_PART),
     ],
 )
@@ -152,7 +145,6 @@ DOMINANT = ("c" * 45 + "p" * 15, "c" * 52 + "p" * 8, "c" * 56 + "p" * 4, "c" * 6
         (DOMINANT[::-1], IN_PART),  # more windows with more blocks
         (("p" * 60, *DOMINANT[1:]), IN_PART),
         (("p" * 20 + "c" * 40,) * 4, OPEN),
-        (("p" * 50 + "q" * 10, "p" * 60, "p" * 60, "p" * 60), NO),
     ],
 )
 def test_chaos_dominates_from_five_blocks_on(letters, verdict):
@@ -189,7 +181,7 @@ def varied(*richest, returns=500):
 
 @pytest.mark.parametrize(
     ("richest", "verdict"),
-    [((4,), YES), ((5,), YES), ((6,), YES), ((7,), NO), ((3,), NO), ((5, 7), OPEN)],
+    [((5,), YES), ((7,), NO), ((5, 7), OPEN)],
 )
 def test_the_richest_dynamics(richest, verdict):
     assert both("complexity-at-n5", motion_map=varied(*richest))[0] == verdict
@@ -202,23 +194,6 @@ def test_more_runs_of_one_number_of_blocks_make_its_dynamics_no_richer():
     expected = measured("complexity-at-n5", motion_map=once).judged
     for twice in (joined(once, more), joined(more, once)):
         assert measured("complexity-at-n5", motion_map=twice).judged == expected
-
-
-def test_the_same_runs_twice_tell_no_more_of_how_far_r_falls():
-    u, disorder = U, np.where(U < 20.5, FLAT, FLAT / 2)
-    expected = measure.contrast(u, disorder)
-    assert expected.low < 2 < expected.high
-    assert measure.contrast(np.tile(u, 3), np.tile(disorder, 3)) == expected
-
-
-def test_richest_by_orbits_alone_is_in_part():
-    """By kinds five blocks are a little duller, but they have orbits of many lengths."""
-    u = np.linspace(1, 50, 60)
-    near = dict.fromkeys((4, 5, 6), "p" * 45 + "c" * 15)
-    returns = np.concatenate([np.arange(60) if n == 5 else np.ones(60) for n in ALL])
-    runs = {n: near.get(n, "p" * 35 + "c" * 25) for n in ALL}
-    made = motion_map(runs, u=u, returns=returns.astype(int))
-    assert both("complexity-at-n5", motion_map=made) == (YES, IN_PART)
 
 
 def test_the_entropy_is_that_of_the_shares():
@@ -251,9 +226,7 @@ def columns(ratios, *, scatter=0.02, replicates=8):
     ("ratios", "options", "verdict"),
     [
         ((6.0, 4.0, 3.0, 2.0), {}, YES),
-        ((6.0, 4.0, 3.0, 1.0), {}, YES),
         ((2.0, 3.0, 4.0, 6.0), {}, NO),
-        ((3.0, 2.0, 5.0, 3.0), {"scatter": 0.3}, OPEN),
         ((6.0, 4.0, 3.0, 2.0), {"replicates": 1}, OPEN),  # single runs tell nothing
     ],
 )
@@ -295,11 +268,6 @@ def noisy_and_quiet(effects, *, scatter=0.05, count=8, seed=1, beyond=0.0):
 def test_the_effect_of_noise_against_n(effects, verdict):
     made = noisy_and_quiet(effects, beyond=2.0)  # u = 40 is not asked
     assert both("noise-less-relevant", n5_replicates=made) == (verdict, verdict)
-
-
-def test_equal_effects_have_their_size():
-    effects = measured("noise-less-relevant", "r", n5_replicates=noisy_and_quiet((0.3,) * 4)).also
-    assert all(effect.low < 0.09 < effect.high and effect.runs == 8 for effect in effects.values())
 
 
 def test_the_scatter_of_the_runs_is_no_effect_of_noise():

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import EXACT
-from beltrepro.stats import states
 from made_up import (
     both,
     escapes,
@@ -43,11 +41,9 @@ def replicates(**how):
     ("how", "verdicts"),
     [
         ({}, (YES, YES)),
-        ({"high": 0.1}, (IN_PART, IN_PART)),
         ({"high": 0.1, "low": 0.035}, (NO, IN_PART)),  # a ratio of 2.9, but all runs have fallen
         ({"high": 0.1, "low": 0.07}, (NO, NO)),
         ({"low": 0.003}, (IN_PART, IN_PART)),  # of 43
-        ({"low": 0.0102, "scatter": 0.02}, (OPEN, OPEN)),
     ],
 )
 def test_r_on_both_sides_of_the_transition(how, verdicts):
@@ -65,9 +61,7 @@ def test_runs_of_large_r_beyond_the_transition_are_no_part_of_the_low_branch():
     assert (answer["r_periodic"], answer["ratio"]) == (NO, NO)
 
 
-@pytest.mark.parametrize(
-    ("at", "verdict"), [(16.5, YES), (15.6, IN_PART), (17.4, IN_PART), (22.5, NO), (12.4, NO)]
-)
+@pytest.mark.parametrize(("at", "verdict"), [(16.5, YES), (17.4, IN_PART), (22.5, NO)])
 def test_the_critical_velocity_is_the_printed_one_or_in_its_region(at, verdict):
     made = replicates(at=at)
     assert both("u-critical", **made) == (verdict, verdict)
@@ -84,7 +78,6 @@ def test_the_critical_velocity_is_the_printed_one_or_in_its_region(at, verdict):
     [
         (0.03, 0.02, (YES, YES)),
         (0.07, 0.02, (YES, IN_PART)),  # smaller, but not much
-        (0.12, 0.02, (YES, IN_PART)),
         (0.12, 0.049, (NO, NO)),
         (None, 0.02, (YES, OPEN)),
     ],
@@ -116,9 +109,7 @@ def of_large_r(places, label, u, replicates=1):
     ("places", "label", "verdict"),
     [
         ((20, 20.5, 21.5), "periodic", YES),
-        ((20, 20.5, 21, 21.5, 22), "periodic", YES),
         ((20, 21, 22), "periodic", IN_PART),
-        ((), "periodic", IN_PART),  # none, so that none is irregular either
         ((20, 20.5, 21.5), "chaotic", IN_PART),
         ((21,), "chaotic", NO),
     ],
@@ -157,9 +148,7 @@ def test_whether_large_r_is_the_rule_beyond_the_transition(share, label, verdict
     [
         ((60, 40, 0, 0), (YES, YES)),
         ((100, 0, 0, 0), (OPEN, YES)),  # a transient beyond 4000 in up to 3.6 %
-        ((400, 0, 0, 0), (IN_PART, YES)),
         ((20, 10, 70, 0), (IN_PART, NO)),  # most end on stick-slip orbits
-        ((20, 10, 0, 70), (IN_PART, OPEN)),  # chaotic still
         ((0, 0, 200, 0), (NO, NO)),
     ],
 )
@@ -179,34 +168,6 @@ def test_transients_at_u20(counts, verdicts):
     ended = counts[0] + counts[1]
     longer = numbers["longer than 4000, of these"]
     assert longer.runs == ended if ended else np.isnan(longer.value)
-
-
-def test_runs_on_one_orbit_are_told_from_chaotic_ones():
-    runs = escapes(0, 0, 5, 40)["lifetimes"].arrays
-    assert measure.on_shared_orbits(runs, 2000.0).tolist() == [True] * 5 + [False] * 40
-    two = escapes(0, 0, 2, 4)["lifetimes"].arrays
-    assert not measure.on_shared_orbits(two, 2000.0).any()
-    runs["final_stick_rate"][0, 3] += 2 / 2000  # two sticks more: the ends of the time
-    runs["final_stick_rate"][1, 3] += 4 / 2000
-    runs["final_amplitude"][2] *= 1.002
-    shared = measure.on_shared_orbits(runs, 2000.0)[:5]
-    assert shared.tolist() == [True, False, False, True, True]
-
-
-@pytest.mark.parametrize(
-    ("escaped", "disorder", "rates", "label"),
-    [
-        (1, 0.0499, [0.1, 0.0], states.SMALL_SLIP),
-        (1, 0.05, [0.1, 0.0], states.LARGE_SLIP),
-        (0, 0.13, [0.1, 0.0], states.STICK_SLIP),  # still irregular, for all that is known
-        (1, 0.13, [0.0, 0.2], states.STICK_SLIP),
-        (1, 0.0, [0.0, 0.1, np.nan], states.STICK_SLIP),  # the last block of a shorter chain
-        (1, 0.0, [0.1, 0.0, np.nan], states.SMALL_SLIP),
-    ],
-)
-def test_attractors_are_labelled_by_sticks_and_amplitude(escaped, disorder, rates, label):
-    runs = {"escaped": [escaped], "final_disorder": [disorder], "final_stick_rate": [rates]}
-    assert states.label_ends({name: np.array(v * 2) for name, v in runs.items()})[1] == label
 
 
 # --- lifetimes against u --------------------------------------------------------------------------
@@ -245,7 +206,6 @@ def escaping(tau, *, stuck=0.0, duration=1e4, **options):
     [
         (growing(), YES),
         (growing(400.0, 4000.0), IN_PART),  # short, but longer away from the transition
-        (growing(60_000.0, 6000.0), IN_PART),
         (growing(6000.0, 60_000.0), NO),
         (dict.fromkeys(PLACES, 1000.0), IN_PART),
     ],
@@ -299,9 +259,7 @@ ROW, LOW, HIGH = np.linspace(18, 50, 129), np.linspace(18, 36, 109), np.linspace
     [
         (1.0, 1.0, 1.0, (YES, YES)),
         (0.75, 0.7, 1.0, (IN_PART, IN_PART)),  # the usual end
-        (0.3, 0.3, 1.0, (NO, IN_PART)),
         (0.3, 0.3, 0.2, (NO, NO)),
-        (0.9, 0.9, 1.0, (YES, YES)),
         (0.85, 0.82, 1.0, (IN_PART, OPEN)),  # of one declared start chance is no part
     ],
 )
@@ -323,6 +281,3 @@ def test_a_late_stick_the_range_of_u_and_short_runs():
         row.arrays["last_stick_time"] = np.where(inside, last, 1e6)
         slips = measured("continuous-slip", n5_rows=row).judged["slips on, u = 18 to 50"]
         assert (slips.low, slips.value, slips.high) == (share, share, share)
-    brief = slipping(ROW, 0.5, duration=4e4, transient=2e4)
-    slips = measured("continuous-slip", n5_rows=brief).judged["slips on, u = 18 to 50"]
-    assert slips.still_open == slips.runs - round(slips.value * slips.runs) > 60

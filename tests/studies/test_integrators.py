@@ -10,7 +10,6 @@ from scipy import stats
 
 from beltrepro.base.store import Dataset
 from beltrepro.observe.slips import SLIP
-from beltrepro.replication.plan import registry
 from beltrepro.replication.studies.integrators import measure as integrators
 from beltrepro.stats.states import ATTRACTORS, STICK_SLIP, label_ends
 
@@ -70,14 +69,6 @@ def test_five_runs_are_a_sample_and_four_are_not():
     assert np.isnan(integrators.compare_samples([], [1.0] * 8)["distance"])
 
 
-def test_runs_that_do_not_differ_are_no_test_of_the_means():
-    same = integrators.compare_samples(np.ones(8), np.ones(8))
-    assert (same["z"], same["p"]) == (0, 1) and np.isnan(same["mean_p"])
-    for one, z in ((1.0, np.inf), (-1.0, -np.inf)):
-        other = integrators.compare_samples(np.full(8, one), np.zeros(8))
-        assert (other["z"], other["mean_p"]) == (z, 0)
-
-
 def test_the_p_of_shares_is_that_of_all_tables_with_the_same_margins():
     """Three labels: every table of the hypergeometric law, with its chi^2, counted out."""
     tested, reference = [0] * 5 + [1] * 2 + [2] * 3, [0] * 2 + [1] * 6 + [2] * 2
@@ -107,14 +98,6 @@ def test_the_p_of_shares_is_that_of_all_tables_with_the_same_margins():
 
 def ended(lifetime, escaped):
     return {"lifetime": lifetime, "escaped": escaped}
-
-
-def test_lifetimes_need_five_escapes_on_both_sides_together():
-    time = np.arange(1.0, 7)
-    left, more = ended(time, time <= 2), ended(time + 1, time <= 3)
-    assert np.isfinite(integrators.compare_lifetimes(left, more)["p"])
-    row = integrators.compare_lifetimes(left, left)
-    assert np.isnan(row["p"]) and row["distance"] == 0 and row["mean_tested"] == 3.5
 
 
 def test_the_log_rank_test_by_hand():
@@ -154,17 +137,6 @@ def test_holm_by_hand_and_the_error_of_a_family():
     assert integrators.holm([0.9, 0.8]).tolist() == [1, 1] and integrators.holm([]).size == 0
     wrong = [np.nanmin(integrators.holm(row)) < 0.05 for row in RNG(5).random((2000, 28))]
     assert within(np.mean(wrong), 0.05, 2000)
-
-
-def test_verdicts():
-    for corrected_p, distance, word in (
-        (0.05, 1.0, integrators.AGREE),
-        (0.049, 0.01, integrators.DIFFER),
-        (0.049, np.nan, integrators.DIFFER),
-        (0.0, 0.0099, integrators.CLOSE),
-        (np.nan, 0.0, integrators.UNKNOWN),
-    ):
-        assert integrators.verdict(corrected_p, distance) == word
 
 
 # --- from datasets to tables ----------------------------------------------------------------------
@@ -310,27 +282,14 @@ def test_each_row_compares_the_runs_of_both_sides_at_its_point(
             np.testing.assert_allclose(rows[f"error_{role}"], error)
 
 
-def test_the_attractors_are_tested_by_lifetimes_with_the_runs_that_escaped(made_up, tables):
-    table = tables["agreement"].set_index(["quantity", "belt_velocity", "initial_spread"])
-    rows = table.loc[(integrators.LIFETIME, 25.0, 1.0)]
-    for _, row in rows.iterrows():
-        sides = []
-        for method, step in zip(METHODS, (row["time_step"], 0.001), strict=True):
-            side = made_up[f"pairs_states_{method}"].arrays
-            here = (side["belt_velocity"] == 25) & (side["initial_spread"] == 1)
-            here &= side["time_step"] == step
-            sides.append(ended(side["lifetime"][here], side["escaped"][here]))
-        assert row["p"] == integrators.compare_lifetimes(*sides)["p"]
-
-
 def test_families_are_judged_each_by_itself():
     columns = ["p", "distance", "n_reference", "quantity"]
     rows = [(0.01, 0.5, 9, "q"), (0.02, 0.001, 9, "q"), (0.04, 0.02, 9, "other"),
-            (0.9, 0.9, 7, "q"), (np.nan, np.nan, 9, "q")]  # fmt: skip
+            (0.2, 0.9, 7, "q"), (np.nan, np.nan, 9, "q")]  # fmt: skip
     alike = {"part": "a", "time_step": np.nan, "initial_spread": np.nan, "test": "KS"}
     alike |= {"tested": "one", "reference": "two"}
     judged = integrators.judge(pd.DataFrame(rows, columns=columns).assign(**alike))
-    assert judged["corrected_p"].tolist()[:3] == pytest.approx([0.03, 0.04, 0.9])
+    assert judged["corrected_p"].tolist()[:3] == pytest.approx([0.03, 0.04, 0.2])
     assert judged["corrected_p"].iloc[4] == 0.04  # a family of its own
     assert judged["verdict"].tolist() == [
         integrators.DIFFER, integrators.CLOSE, integrators.AGREE, integrators.UNKNOWN,
@@ -344,9 +303,3 @@ def test_families_are_judged_each_by_itself():
     assert first["smallest_p"] == pytest.approx(0.03) and first["largest_distance"] == 0.9
     assert (second["points"], second["smallest_p"]) == (1, 0.04)
     assert (second["tested"], second["reference"]) == ("one", "two")
-
-
-def test_tables_have_their_columns_and_a_row_for_each_family(tables):
-    assert len(tables["families"]) == 6 + 8 + 2 * 3 * 3
-    for name, entry in registry.tables().items():
-        assert name not in tables or set(entry.columns) <= set(tables[name]), name

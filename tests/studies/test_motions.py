@@ -57,19 +57,6 @@ def test_lasting_and_regular_points_have_rows_too():
     assert regular["verdict"] == survival.REGULAR
 
 
-def test_each_dataset_has_rows_with_its_own_horizon():
-    point = {"n_blocks": [5], "belt_velocity": [7.0], "initial_spread": [10.0]}
-    lengths = zip(NAMES, (1e5, 2e5, 1e7), strict=True)
-    runs = {name: settling(**point, duration=duration) for name, duration in lengths}
-    table = measure.mean_lifetimes(runs)
-    assert table["dataset"].tolist() == list(runs)
-    assert table["horizon"].tolist() == [5e4, 1e5, 5e6]
-
-
-def test_datasets_without_runs_make_an_empty_table():
-    assert lifetimes(NONE).empty
-
-
 def test_motions_and_exponents_under_noise_by_a_plain_loop():
     """Points with unequal numbers of runs, in any order."""
     rng = np.random.default_rng(4)

@@ -117,15 +117,3 @@ def test_what_a_figure_shows_is_what_the_claims_say(name):
             assert any(fnmatchcase(one, pattern) for pattern in patterns), (key, one)
         for pattern in patterns:
             assert any(fnmatchcase(one, pattern) for one in drawn[key]), (key, pattern)
-
-
-def test_estimates_name_their_figures():
-    assert registry.figures_with("u-critical", "", "critical") == ["fig12", "critical_velocity"]
-    assert registry.figures_with("u-critical", "wider starts", "critical") == ["critical_velocity"]
-    assert registry.figures_with("u-critical", "exact dynamics", "critical") == []
-    assert registry.figures_with("uc-of-sigma", "exact dynamics", "u_c(2.2)") == [
-        "critical_velocity"
-    ]
-    assert registry.figures_with("uc-of-sigma", "", "u_c(2.2) - u_c(0)") == []
-    ledger = load_ledger()
-    assert {key.split(": ")[0] for entry in SHOWING.values() for key in entry.shows} <= set(ledger)

@@ -39,10 +39,3 @@ def test_a_motion_of_two_frequencies_does_not_repeat_itself():
     first, second = (motion(time * rate) for rate in (0.5, 0.5 / np.sqrt(3)))
     both = (first[0] + 0.5 * (second[0] - 600), first[1] + 0.5 * second[1])
     assert settled_orbit(time, *both) is None
-
-
-def test_another_block_that_wanders_keeps_the_motion_from_repeating_itself():
-    time, positions, velocities = with_transient(500.0, 13.7)
-    wander = np.random.default_rng(5).uniform(-5, 5, time.size // 50 + 1)
-    positions[:, 0] += np.repeat(wander, 50)[: time.size]
-    assert settled_orbit(time, positions, velocities) is None

@@ -8,7 +8,6 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
 from beltrepro.replication.plan.registry import check_uses
-from beltrepro.replication.studies.chaos import measure as chaos
 from beltrepro.replication.studies.transition import measure
 from beltrepro.stats import transition
 
@@ -24,18 +23,6 @@ ELSEWHERE = {"recordings", "agreement", "families"}
 def test_a_table_is_made_from_made_up_data(name):
     table = made.table(name, made.every(TABLES[name].uses))
     assert len(table) > 2 and set(TABLES[name].columns) <= set(table)
-
-
-def test_what_the_page_says_on_chaos_is_in_the_tables():
-    tables = {name: made.table(name, made.every(TABLES[name].uses)) for name in chaos.TOLD_BY}
-    said = chaos.describe(tables, {})
-    motions, lifetimes, noisy = tables.values()
-    for size in said["sizes"]:
-        rows = motions[motions["n_blocks"] == size["n_blocks"]]
-        assert size["runs"] == rows["runs"].sum() and size["chaotic"] == rows["chaotic"].sum()
-        assert size["top"]["exponent"] == rows["exponent"].max()
-    assert set(said["noise"]) == set(noisy["belt_velocity"])
-    assert sum(part["runs"] for part in said["others"].values()) <= lifetimes["runs"].sum()
 
 
 def replicates(n_blocks, noises, falls):
@@ -75,25 +62,3 @@ def test_a_table_that_uses_what_is_not_there_is_one_line():
     assert str(caught.value).startswith("agreement uses 'pairs_r_event', which preset own")
     with pytest.raises(InputError, match="agreement has the name of a table"):
         registry.check_names(["u1", "agreement"])
-
-
-def test_words_beside_a_module_are_those_of_its_figures_and_tables(tmp_path):
-    (tmp_path / "words.yaml").write_text("tables: {a: {title: A., columns: {x: of it}}}")
-    (tmp_path / "measure.py").write_text("\nTABLES = {'a': Table(uses=('u1',), on_top=True)}")
-    (entry,) = registry.tables(tmp_path).values()
-    assert entry == registry.Table(
-        title="A.", uses=("u1",), columns={"x": "of it"}, on_top=True, module="measure"
-    )
-
-
-def test_tables_have_names_of_their_own(tmp_path):
-    entry = "Table(title='A.', uses=())"
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-    (tmp_path / "one" / "measure.py").write_text(f"\nTABLES = {{'b': {entry}, 'a': {entry}}}")
-    assert list(registry.tables(tmp_path)) == ["a", "b"]
-    registry.tables.cache_clear()
-    (tmp_path / "two" / "measure.py").write_text(f"\nTABLES = {{'c': {entry}, 'b': {entry}}}")
-    with pytest.raises(InputError, match=r"two/measure.py: TABLES .*'b' is an entry of .*one"):
-        registry.tables(tmp_path)
-    registry.tables.cache_clear()

@@ -1,7 +1,7 @@
 """Which numbers a figure draws, read off its artists: a Panel for each of its axes."""
 
 import itertools
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.collections import QuadMesh
@@ -10,16 +10,11 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.patches import Rectangle
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """A line or a set of marks: columns x, y and, if there are error bars, their ends."""
+class Curve(SimpleNamespace):
+    """A line or a set of marks: columns x, y and, if there are error bars, their ends.
 
-    label: str
-    points: np.ndarray
-    colour: str
-    marker: str
-    line: str
-    look: tuple  # whatever tells it from other curves
+    label, colour, line style, and its look: whatever tells it from other curves.
+    """
 
     @property
     def x(self):
@@ -31,16 +26,6 @@ class Curve:
 
     def __repr__(self):
         return f"{self.label!r} of {len(self.points)} points from {self.points[:1].tolist()}"
-
-
-@dataclass(frozen=True, eq=False)
-class Image:
-    x_edges: np.ndarray
-    y_edges: np.ndarray
-    values: np.ndarray
-    scale: str
-    limits: tuple[float, float]
-    label: str
 
 
 def panels_of(figure):
@@ -84,7 +69,7 @@ class Panel:
         for x, y, *words in curves:
             same = [curve for curve in left if _same(curve, x, y, *words)]
             assert same, f"{words[:1] or 'curve'} not drawn at {list(x)[:2]}, {y[:2]}: {left}"
-            left.remove(same[0])
+            left = [curve for curve in left if curve is not same[0]]
         assert len(left) == more, f"also drawn: {left}"
 
     def curve(self, label):
@@ -161,7 +146,8 @@ def _curves(axes):
         colour = to_hex(line.get_markeredgecolor() if marker else line.get_color())
         label = "" if label.startswith("_") else " ".join(label.split())
         look = colour, marker, dash, to_hex(line.get_markerfacecolor())
-        yield Curve(label, np.column_stack(columns), colour, marker, dash, look)
+        points = np.column_stack(columns)
+        yield Curve(label=label, points=points, colour=colour, line=dash, look=look)
 
 
 def _meshes(axes):
@@ -172,7 +158,7 @@ def _mesh(mesh):
     corners = mesh.get_coordinates()
     shape = corners.shape[0] - 1, corners.shape[1] - 1
     words = mesh.colorbar.ax if mesh.colorbar else None
-    return Image(
+    return SimpleNamespace(
         x_edges=np.asarray(corners[0, :, 0]),
         y_edges=np.asarray(corners[:, 0, 1]),
         values=np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan).reshape(shape),

@@ -78,29 +78,28 @@ def columns(**arrays):
     }
 
 
-def scan_of_laws(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.0, n_blocks=5):
+def scan_of_laws(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.0):
     """Rows of a scan: r(u) by a function of u and a random stream, states by one of u."""
     rng = np.random.default_rng(0)
     u = np.repeat(np.asarray(belt_velocity, dtype=float), replicates)
-    transient, duration = 1e5, 2e5
-    named = [labels(one) if labels else "chaotic" for one in u]
-    cycle = {"periodic": np.tile([5.0, 9.0], 50), "continuous": np.full(100, np.nan)}
-    velocity = [cycle.get(one, -1.0) for one in named]
-    irregular = _irregular(u.size)
-    arrays = columns(
-        n_blocks=np.full(u.size, n_blocks),
+    named = np.array([labels(one) if labels else "chaotic" for one in u])
+    velocity = _irregular(u.size)
+    velocity[named == "periodic"] = np.tile([5.0, 9.0], 50)
+    velocity[named == "continuous"] = np.nan
+    made = scan(
+        5,
+        u,
+        np.array([disorder(one, rng) for one in u]),
         noise=noise,
-        belt_velocity=u,
-        replicate=np.tile(np.arange(1, replicates + 1), u.size // replicates),
-        disorder_parameter=[disorder(one, rng) for one in u],
+        transient=1e5,
+        duration=2e5,
         laminar_fraction=0.0,
         laminar_count=0,
-        last_stick_time=[0.0 if one == "continuous" else duration for one in named],
+        last_stick_time=np.where(named == "continuous", 0.0, 2e5),
+        section_velocity=velocity,
     )
-    arrays["section_velocity"] = np.array(
-        [item if np.ndim(item) else other for item, other in zip(velocity, irregular, strict=True)]
-    )
-    return Dataset(arrays, {"transient": transient, "duration": duration})
+    made.arrays["replicate"] = np.tile(np.arange(1, replicates + 1), u.size // replicates)
+    return made
 
 
 def escapes(short, long, on_orbit, chaotic, *, duration=1e4, u=20.0):
@@ -199,10 +198,7 @@ def replicates(
 def table(points, disorder, **others):
     """Scan of single points (u, sigma) with these values."""
     u, noise = np.array(points, dtype=float).T
-    arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "noise": noise}
-    arrays |= {"disorder_parameter": np.array(disorder, dtype=float)}
-    arrays |= {name: np.asarray(values) for name, values in others.items()}
-    return Dataset(arrays, {"transient": 2e5, "duration": 1e6})
+    return scan(5, u, np.asarray(disorder, dtype=float), noise=noise, **others)
 
 
 # --- motions by name, runs that settle, scans without noise ---------------------------------------

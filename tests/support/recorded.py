@@ -4,7 +4,6 @@ x_5 is irregular and swings widely, but for one stretch in which it is small and
 block sticks.
 """
 
-import dataclasses
 from functools import partial
 
 import numpy as np
@@ -98,22 +97,12 @@ def _events(seconds, calm, transient):
     return np.sort(np.array(rows, EVENTS), order="time")
 
 
-def track(of, *, seed=20, scale=1.0, every=1, lost=0):
-    """What a tracker would make of a run; `lost` frames in the middle in which it finds nothing."""
+def track(of):
+    """What a tracker would make of a run."""
     x = of.arrays["positions"][:, -1] * LENGTH_M
-    number = np.arange(0, x.size, every)
-    kept = np.abs(2 * number - x.size) >= lost
-    gone = number[~kept] / RATE
-    number = number[kept]
-    noise = np.random.default_rng(seed).normal(0, 1e-4, number.size)
-    return Track(
-        number / RATE,
-        scale * x[number] + noise,
-        np.array([[gone[0], gone[-1]]]) if gone.size else np.empty((0, 2)),
-        PIXEL,
-        zero=ZERO,
-        angle=CAMERA.angle,
-    )
+    noise = np.random.default_rng(20).normal(0, 1e-4, x.size)
+    time = np.arange(x.size) / RATE
+    return Track(time, x + noise, np.empty((0, 2)), PIXEL, zero=ZERO, angle=CAMERA.angle)
 
 
 def film(of, *, frames=260):
@@ -136,8 +125,3 @@ def recordings(*, seconds=1000.0, calm=(400.0, 520.0)):
     }
     made = runs | {f"{name}_track": track(one) for name, one in runs.items()}
     return made | {"belt_028_film": film(runs["belt_028"])}
-
-
-def cut(of, count):
-    """The first places of a track."""
-    return dataclasses.replace(of, time_s=of.time_s[:count], x_m=of.x_m[:count])

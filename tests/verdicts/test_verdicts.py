@@ -18,11 +18,9 @@ from beltrepro.replication.verdicts.criteria import (
     Criterion,
     Measurement,
     judge,
-    range_in_words,
-    show,
 )
 from beltrepro.replication.verdicts.ledger import Change, Claim
-from beltrepro.stats.estimates import Estimate, absent, single, sure
+from beltrepro.stats.estimates import Estimate, absent, sure
 
 # --- criteria -------------------------------------------------------------------------------------
 
@@ -39,19 +37,13 @@ def judged(allowed, *estimates, lenient=None):
     [
         (1.5, 1.0, 2.0, YES, YES),
         (1.5, 0.99, 2.0, OPEN, YES),  # the number is right, and no reader minds its interval
-        (1.5, 1.0, 2.01, OPEN, YES),
         (1.5, 0.8, 2.2, OPEN, YES),
         (1.5, 0.79, 2.0, OPEN, OPEN),
         (1.5, 1.0, 2.21, OPEN, OPEN),
         (0.9, 0.81, 0.99, NO, IN_PART),
-        (0.9, 0.81, 1.9, OPEN, IN_PART),
         (0.9, 0.79, 0.99, NO, OPEN),
         (0.7, 0.6, 0.79, NO, NO),
-        (2.3, 2.21, 9.0, NO, NO),
-        (2.1, 2.01, 9.0, NO, OPEN),
-        (1.5, 0.5, 1.0, OPEN, OPEN),
         (math.nan, math.nan, math.nan, OPEN, OPEN),  # not found is no failure
-        (1.5, math.nan, math.nan, OPEN, OPEN),
         (1.5, -math.inf, math.inf, OPEN, OPEN),
     ],
 )
@@ -59,17 +51,6 @@ def test_the_interval_decides_within_what_a_reader_allows(value, low, high, stri
     estimate = Estimate(value, low, high, 9)
     assert judged([[1, 2]], estimate).verdict == strictly
     assert judged([[1, 2]], estimate, lenient=[0.8, 2.2]).verdict == leniently
-
-
-def test_a_larger_error_never_helps():
-    for value, lenient in itertools.product((0.5, 0.9, 1.2, 1.8, 2.1, 2.5), (None, [0.8, 2.2])):
-        grades = [
-            judged([[1, 2]], Estimate(value, value - reach, value + reach, 9), lenient=lenient)
-            for reach in (0.0, 0.1, 0.3, 1.0, 10.0)
-        ]
-        verdicts = [grade.verdict for grade in grades]
-        assert verdicts[-1] == OPEN
-        assert verdicts == sorted(verdicts, key=(verdicts[0], OPEN).index)
 
 
 def test_yes_and_no():
@@ -108,30 +89,7 @@ def test_a_number_that_is_right_in_part():
         assert made.verdict == verdict and made.components["c0"] == IN_PART
 
 
-def test_the_reason_says_what_was_allowed():
-    reasons = {
-        "c0: 1.2 (0.8 to 1.6), 1 to 2 allowed": Estimate(1.2, 0.8, 1.6, 8),
-        "c0: 3 (2.5 to 3.5), 1 to 2 allowed": Estimate(3, 2.5, 3.5, 8),
-        "c0: 1.2 in one run, whose error is not known": single(1.2),
-        "c0: not found": absent(8),
-        "": Estimate(1.5, 1.2, 1.8, 8),
-        "c0: 0.4 (0.3 to 1.8), 1 to 2 allowed; 12 of 40 runs must be longer to tell": Estimate(
-            0.4, 0.3, 1.8, 40, still_open=12
-        ),
-    }
-    for reason, estimate in reasons.items():
-        assert judged([[1, 2]], estimate).reason == reason
-
-
 # --- words ----------------------------------------------------------------------------------------
-
-
-def test_values_in_words():
-    assert show({"a": 12345.6, "b": [1, 2.5]}) == "a: 1.235e+04; b: 1 to 2.5" and show(None) == ""
-    ranges = ([1, 2], [1, math.inf], [-math.inf, 0.5], True, False)
-    assert [*map(range_in_words, ranges)] == ["1 to 2", "1 or more", "0.5 or less", "yes", "no"]
-    criterion = Criterion({"a": [1, 2], "b": True}, {"a": [0, 3]})
-    assert criterion.ranges == "a: 1 to 2 (lenient: 0 to 3); b: yes"
 
 
 @pytest.mark.parametrize(
@@ -140,16 +98,9 @@ def test_values_in_words():
         ("{x}", Estimate(1.2345, 1.1, 1.36, 4), "1.23 (1.1 to 1.36)"),
         ("{value x}", Estimate(1.2345, 1.1, 1.36, 4), "1.23"),
         ("{percent x}", Estimate(0.25, 0.1, 0.5, 4), "25 % (10 to 50 %)"),
-        ("{percent x}", sure(0.25), "25 %"),
-        ("{percent x}", Estimate(0.25, math.nan, math.nan, 4), "25 %"),
         ("{count x}", Estimate(0.0, 0.0, 0.2, 13), "none of 13"),
         ("{count x}", Estimate(5 / 13, 0.1, 0.7, 13), "5 of 13"),
-        ("{count x}", Estimate(1.0, 0.8, 1.0, 13), "all of 13"),
         ("{count x}", Estimate(0.0, 0.0, 0.7, 13, 4), "none so far of 13"),
-        ("{count x}", sure(0.5), "50 %"),
-        ("{x}", Estimate(4740.0, 947.0, 12345.0, 8), "4,740 (947 to 12,300)"),
-        ("{value x}", sure(-2.5e-5), "-2.5e-05"),
-        ("{value x}", Estimate(2.7, math.nan, math.nan, 8), "2.7"),
         ("{x}", Estimate(2.7, math.nan, math.nan, 8), "2.7 (error not known)"),
     ],
 )
@@ -204,29 +155,6 @@ def failing(error):
         raise error
 
     return reading
-
-
-def test_a_row_holds_what_was_measured(monkeypatch):
-    outcome = Measurement({"a": Estimate(1.25, 1.125, 1.375, 4)}, {"b": sure(3)}, "noted")
-    row, estimates = tables_of(monkeypatch, outcome, used=["one", "two"])
-    answer = {"": "yes", "_reading": "", "_tried": "1", "_reason": "", "_runs": "4"}
-    replicated = {"_found": "It is 1.25 (1.12 to 1.38).", "_how": "once", "_because": "",
-                  "_criterion": "a: 0.5 to 1.5"}  # fmt: skip
-    robust = {"_found": "It is 1.25.", "_how": "", "_because": "so", "_criterion": "a: 0.5 to 9.5"}
-    assert row == {
-        "id": "x", "figure": "7", "kind": "number", "says": "“near”", "statement": "words",
-        "paper": "1", "seen": "short runs", "note": "noted", "dataset": "one, two",
-        **{f"replicated{end}": text for end, text in (answer | replicated).items()},
-        **{f"robust{end}": text for end, text in (answer | robust).items()},
-    }  # fmt: skip
-    cells = [(e["name"], e["decides"], e["allowed_high"], e["verdict"]) for e in estimates]
-    assert cells[:2] == [("a", "replicated", 1.5, YES), ("a", "robust", 9.5, YES)]
-    assert cells[2][:2] == ("b", "") and math.isnan(cells[2][2]) and not cells[2][3]
-    ends = [estimates[0][key] for key in ("value", "low", "high", "runs")]
-    assert ends == [1.25, 1.125, 1.375, 4]
-    one = Criterion({"a": [0.5, 1.5]})
-    _, estimates = tables_of(monkeypatch, near(1.0), replicated=one, robust=one)
-    assert [e["decides"] for e in estimates] == ["replicated, robust"]
 
 
 def test_each_question_judges_the_reading_that_it_names(monkeypatch):
