@@ -44,6 +44,7 @@ def replicates(**how):
         ({"high": 0.1, "low": 0.035}, (NO, IN_PART)),  # a ratio of 2.9, but all runs have fallen
         ({"high": 0.1, "low": 0.07}, (NO, NO)),
         ({"low": 0.003}, (IN_PART, IN_PART)),  # of 43
+        ({"low": 0.0102, "scatter": 0.02}, (OPEN, OPEN)),
     ],
 )
 def test_r_on_both_sides_of_the_transition(how, verdicts):
