@@ -85,7 +85,7 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
     sampled = run(sample_interval=1 / RATE / TIME_S)
     assert film(Movement.of(sampled), path, camera=camera) == len(sampled.time)
     path.unlink()
-    for motion, name, settings, words in (
+    for movement, name, settings, words in (
         (Movement.of(run()), "film.mp4", {}, r"sample_interval = 0.5448\d+"),
         (swaying(0.1), "film.mp4", {"metres_per_pixel": 0.0005}, "larger metres_per_pixel"),
         (swaying(0.1), "film.avi", {}, r"must end in \.mp4"),
