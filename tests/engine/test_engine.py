@@ -42,15 +42,15 @@ def limit_cycle():
     It starts to slip at F_e = F_st with v = u; then v^2/2 + U(x) - F_k x is constant until v = u.
     """
     kinetic = 0.45 * 71.4
-    high = float(spring_extension(71.4))
+    high = float(spring_extension(71.4, SINGLE))
 
     def effective(x):
-        return float(spring_energy(x)) - kinetic * x
+        return float(spring_energy(x, SINGLE)) - kinetic * x
 
     energy = 0.5 + effective(high)
     # v = +1 at `high`, turns, moves to lower x, turns again and reaches v = 1 at the same
     # effective potential below the minimum
-    middle = float(spring_extension(kinetic))
+    middle = float(spring_extension(kinetic, SINGLE))
     top = brentq(lambda x: effective(x) - energy, high, high + 50)
     bottom = brentq(lambda x: effective(x) - energy, -200, middle)
     low = brentq(lambda x: effective(x) - energy + 0.5, -200, middle)
@@ -97,7 +97,7 @@ def test_first_order_convergence_in_the_time_step():
     0.04 for the order over three octaves.
     """
     stretch = 57.0
-    exact = float(spring_extension(71.4)) - stretch + limit_cycle()[0]
+    exact = float(spring_extension(71.4, SINGLE)) - stretch + limit_cycle()[0]
     octaves = 0.00125 * 2 ** (np.arange(320) / 80).reshape(4, 80)
 
     def error(step):
