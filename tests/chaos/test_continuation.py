@@ -21,7 +21,6 @@ from beltrepro.chaos.words import Symbol
 from exact_orbits import ExactOrbit
 
 ELSEWHERE = {"duration": 4000.0, "transient": 2000.0, "replicate": 1, "initial_spread": 1.0}
-RATES = ("compression_rate", "extension_rate")
 
 
 @pytest.fixture(scope="module")

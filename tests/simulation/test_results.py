@@ -22,7 +22,6 @@ from beltrepro.base.errors import InputError
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
 CHAIN = ChainParameters(2, 10.0)
-ONES = ("Setup", "Grid", "Progress", "ChainParameters", "ChainState")  # given, not returned
 
 
 @pytest.fixture(scope="module")

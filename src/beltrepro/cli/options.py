@@ -143,8 +143,13 @@ def field_option(setting: Field, words: str, kind: Any = None) -> tuple:
     kind = kind or (int if setting.type is int or isinstance(setting.default, int) else float)
     if setting.default is MISSING:
         return setting.name, kind, REQUIRED, words
-    told = setting.default is None or f"{setting.default:g}" in words
-    return setting.name, kind, setting.default, words if told else f"{words} ({setting.default:g})"
+    has_default = setting.default is None or f"{setting.default:g}" in words
+    return (
+        setting.name,
+        kind,
+        setting.default,
+        words if has_default else f"{words} ({setting.default:g})",
+    )
 
 
 def grid(text: str) -> tuple[float, ...]:

@@ -122,9 +122,9 @@ def _table(results: list[Result]) -> str:
     width = max(30, shutil.get_terminal_size((110, 24)).columns - 60)
     rows = []
     for result in results:
-        sentences = dict.fromkeys(answer.found for answer in result.answers.values())
-        found = [text for text in sentences if text] or [result.claim.statement]
-        lines = "\n".join(textwrap.fill(text, width) for text in found)
+        answers = dict.fromkeys(answer.found for answer in result.answers.values())
+        sentences = [text for text in answers if text] or [result.claim.statement]
+        lines = "\n".join(textwrap.fill(text, width) for text in sentences)
         rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
     headers = ("claim", "figure", *_QUESTIONS, "what was found")
     return tabulate(rows, headers=headers, tablefmt="simple")

@@ -29,8 +29,8 @@ class LengthMoments:
         _, values = _samples(chunk, self._start)
         if len(values):
             self._count += len(values)
-            known = self._mean, self._squares, self._low, self._high
-            _add_moments(values, self._count, np.zeros_like(self._mean), *known)
+            moments = self._mean, self._squares, self._low, self._high
+            _add_moments(values, self._count, np.zeros_like(self._mean), *moments)
 
     def result(self, rest_length: float) -> dict[str, np.ndarray]:
         """Moments (W,) of the chain length in the laboratory frame; NaN without samples."""

@@ -51,8 +51,10 @@ def available_memory() -> float:
     """Bytes that this process can have; infinite where the system does not tell."""
     # Linux gives out more than it has, and ends a process that uses it; others raise MemoryError
     path = Path("/proc/meminfo")
-    told = re.search(r"^MemAvailable: *(\d+) kB", path.read_text() if path.exists() else "", re.M)
-    return 1024.0 * int(told[1]) if told else math.inf
+    available = re.search(
+        r"^MemAvailable: *(\d+) kB", path.read_text() if path.exists() else "", re.M
+    )
+    return 1024.0 * int(available[1]) if available else math.inf
 
 
 def for_moments(members: Sequence[Case]) -> Sampling:

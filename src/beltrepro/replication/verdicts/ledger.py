@@ -107,11 +107,11 @@ def claim(identifier: str, reading: str | dict[str, Any] = "") -> Callable:
             by_name = {reading: function}
         else:
             by_name = {name: partial(_given, function, what) for name, what in reading.items()}
-        known = REGISTRY.setdefault(identifier, {})
-        together = [*known, *by_name]
+        readings = REGISTRY.setdefault(identifier, {})
+        together = [*readings, *by_name]
         if len(set(together)) < len(together) or ("" in together and len(together) > 1):
             raise ValueError(f"claim {identifier!r} has two functions")
-        known.update(by_name)
+        readings.update(by_name)
         return function
 
     return register
