@@ -7,10 +7,10 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from beltrepro.base.checks import shown, spaced
+from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
 from beltrepro.model.units import TIME_S
@@ -18,6 +18,7 @@ from beltrepro.replication.camera.scene import Camera, camera_settings
 from beltrepro.replication.plan.config import (
     MOST_POINTS,
     SOURCE,
+    UNSET,
     Settings,
     checked,
     is_by_size,
@@ -29,7 +30,6 @@ from beltrepro.replication.plan.points import (
     DEFAULTS,
     LAW,
     QUANTITIES,
-    REQUIRED,
     SETTINGS,
     Point,
     plain,
@@ -37,9 +37,13 @@ from beltrepro.replication.plan.points import (
 
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
 _DEFAULTS = {
-    **DEFAULTS,
+    **{name: (value,) for name, value in DEFAULTS.items()},
     "seed": {"offset": 0},
-    **{name: Settings.model_fields[name].default for name in SETTINGS},
+    **{
+        name: about.default
+        for name, about in Settings.model_fields.items()
+        if about.default is not UNSET
+    },
 }
 
 
@@ -59,7 +63,7 @@ class PlannedDataset:
 
     kind: Kind  # what is recorded
     points: tuple[Point, ...]  # in the order in which the file has them
-    settings: dict = field(hash=False)  # what the kind is told besides points
+    settings: dict  # what the kind is told besides points
     points_per_job: int  # largest number of points of a batch
 
     @functools.cached_property
@@ -85,25 +89,19 @@ class Plan:
 
     preset: str  # names of the preset and of the folder of its results
     run: str
-    seed: int  # that of the configuration
-    defaults: dict = field(hash=False)  # quantities and settings of datasets that give no own
-    # by name, in the order of the configuration
-    datasets: dict[str, PlannedDataset] = field(hash=False)
-    films: dict[str, dict] = field(hash=False)  # by name of the dataset, what the job needs
+    defaults: dict  # quantities and settings of datasets that give no own
+    datasets: dict[str, PlannedDataset]  # by name, in the order of the configuration
+    films: dict[str, dict]  # by name of the dataset, what the job needs
 
     def settings(self) -> dict:
         """The plan as plain values, by which claims and report are made."""
         return {
-            "preset": self.preset,
-            "run": self.run,
-            "seed": self.seed,
             "model": {name: self.defaults[name] for name in LAW},
-            "defaults": self.defaults,
+            "defaults": {name: self.defaults[name] for name in ("time_step", "laminar_time")},
             "datasets": {
                 name: {"kind": dataset.kind.name} | dataset.settings | dataset.values()
                 for name, dataset in self.datasets.items()
             },
-            "films": self.films,
         }
 
     def spec(self, name: str, batch: str = "") -> dict:
@@ -145,14 +143,10 @@ def make_plan(config: dict) -> Plan:
         for name in given
     }
     usual = _DEFAULTS | {name: entry.value for name, entry in defaults.items()}
-    return Plan(
-        preset=preset,
-        run=run,
-        seed=config["seed"],
-        defaults={name: value for name, value in usual.items() if value != REQUIRED},
-        datasets=datasets,
-        films=_films(config, datasets, preset),
-    )
+    for name, value in usual.items():
+        if isinstance(value, tuple) and len(value) == 1:
+            usual[name] = value[0]
+    return Plan(preset, run, usual, datasets, _films(config, datasets, preset))
 
 
 # --- layers of the configuration ------------------------------------------------------------------
@@ -200,10 +194,10 @@ def _dataset(
     unset = {key: Entry(value, f"{place}: {key}") for key, value in _DEFAULTS.items()}
     entries = unset | defaults | given
     for key in (*QUANTITIES, *kind.settings):
-        if entries[key].value == REQUIRED:
+        if key not in entries:
             refuse(f"{place} has no {key}")
     if "method" in config and not ("own_method" in given and given["own_method"].value):
-        entries["method"] = Entry(config["method"], "method")
+        entries["method"] = Entry((config["method"],), "method")
     points = _points(entries, config["seed"])
     if "also" in given and (axes := given["also"].value):
         points += _points(entries | _entries(axes, given["also"].where), config["seed"])
@@ -222,9 +216,9 @@ def _dataset(
 def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
     """Every combination of the axes, in the order of the quantities."""
     points: list[Point] = []
-    for n_blocks in grid_values(*axes["n_blocks"]):
-        alike = axes | {"n_blocks": Entry(int(n_blocks), axes["n_blocks"].where)}
-        grids = [_values_at(name, int(n_blocks), alike[name], seed) for name in QUANTITIES]
+    for n_blocks in axes["n_blocks"].value:
+        alike = axes | {"n_blocks": Entry((n_blocks,), axes["n_blocks"].where)}
+        grids = [_values_at(n_blocks, alike[name], seed) for name in QUANTITIES]
         count = len(points) + math.prod(map(len, grids))
         if count > MOST_POINTS:
             longest = max(zip(map(len, grids), QUANTITIES, strict=True))[1]
@@ -238,29 +232,19 @@ def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
     return tuple(points)
 
 
-def grid_values(grid: Any, where: str) -> tuple:
-    """Values of a grid, rising."""
-    if isinstance(grid, list):
-        return tuple(sorted(grid))
-    if not isinstance(grid, dict):
-        return (grid,)
-    return tuple(range(grid["count"])) if "count" in grid else spaced(f"{SOURCE}: {where}", **grid)
-
-
-def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
+def _values_at(n_blocks: int, axis: Entry, seed: int) -> tuple:
     """Values of one quantity for chains of one size."""
-    grid, where = axis
+    grid = axis.value
     if is_by_size(grid):
         if n_blocks not in grid:
-            refuse(f"{where} has no entry for n_blocks = {n_blocks}")
+            refuse(f"{axis.where} has no entry for n_blocks = {n_blocks}")
         grid = grid[n_blocks]
     match grid:
         case {"offset": offset}:
             return (seed + offset,)
         case {"without_noise": without_noise, "with_noise": with_noise}:
             return ((without_noise, with_noise),)
-    values = grid_values(grid, where)
-    return tuple(map(int, values)) if name in ("seed", "replicate") else values
+    return grid
 
 
 # --- thinner presets ------------------------------------------------------------------------------
@@ -268,24 +252,22 @@ def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
 
 def _thinned(entries: Entries, thin: dict) -> Entries:
     """What a dataset is given, in a preset that has less of all."""
-    return {key: Entry(_less(key, *entry, thin), entry.where) for key, entry in entries.items()}
+    return {key: Entry(_less(key, value, thin), where) for key, (value, where) in entries.items()}
 
 
-def _less(key: str, value: Any, where: str, thin: dict) -> Any:
+def _less(key: str, value: Any, thin: dict) -> Any:
     """Fewer values of a grid, a part of the replicates, or a shorter time."""
     if key in SETTINGS:
         return min(value, thin[key]) if key in thin else value
     if key == "also" and value:
-        return {axis: _less(axis, grid, where, thin) for axis, grid in value.items()}
+        return {axis: _less(axis, grid, thin) for axis, grid in value.items()}
     if is_by_size(value):
-        return {size: _less(key, grid, where, thin) for size, grid in value.items()}
-    is_grid = key in QUANTITIES and isinstance(value, list | dict)
-    if not is_grid or key in ("n_blocks", "method", "seed"):
+        return {size: _less(key, grid, thin) for size, grid in value.items()}
+    if key not in QUANTITIES or key in ("n_blocks", "method", "seed"):
         return value
-    values = list(grid_values(value, where))
     if key == "replicate":
-        return values[: max(2, math.ceil(len(values) / thin.get("replicates", 1)))]
-    return values[:: math.ceil(len(values) / thin.get("values", len(values)))]
+        return value[: max(2, math.ceil(len(value) / thin.get("replicates", 1)))]
+    return value[:: math.ceil(len(value) / thin.get("values", len(value)))]
 
 
 # --- films ----------------------------------------------------------------------------------------

@@ -30,9 +30,6 @@ UNITS = {
 }
 """Text of each unit as files carry it."""
 
-REQUIRED = "required"
-"""Default of what every dataset must be given."""
-
 
 class Described(NamedTuple):
     """A quantity of a point, or a setting of a kind, in words."""
@@ -71,7 +68,7 @@ CHAIN = tuple(field.name for field in fields(ChainParameters) if field.name in Q
 LAW = tuple(name for name in CHAIN if name not in ("n_blocks", "belt_velocity", "noise"))
 """The constants of the law of the springs and of friction."""
 DEFAULTS: dict[str, Any] = {
-    **{name: getattr(ChainParameters, name, REQUIRED) for name in CHAIN},
+    **{name: getattr(ChainParameters, name) for name in CHAIN if hasattr(ChainParameters, name)},
     **{"initial_spread": 0.0, "method": "event", "time_step": 0.001, "seed": 1, "replicate": 0},
 }
 """Values of the quantities where a dataset gives none."""
