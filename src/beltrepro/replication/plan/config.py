@@ -89,22 +89,20 @@ _TEXT = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
 T = TypeVar("T")
 
 
-def _wrong(text: str) -> PydanticCustomError:
-    return PydanticCustomError("wrong", text)  # type: ignore[arg-type] (wants a literal)
-
-
 def _number(value: object) -> object:
     """YAML 1.1 has 2e6 as text, and Snakemake all numbers inside of `--config`."""
     if isinstance(value, str) and re.fullmatch(_TEXT, value):
         return float(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _wrong("a number is needed")
+        raise PydanticCustomError("number", "a number is needed")
     return value
 
 
 def _several(values: list) -> list:
-    if not values or len(set(values)) < len(values):
-        raise _wrong("the same value occurs twice" if values else "at least one value is needed")
+    if not values:
+        raise PydanticCustomError("empty", "at least one value is needed")
+    if len(set(values)) < len(values):
+        raise PydanticCustomError("repeated", "the same value occurs twice")
     return values
 
 
@@ -183,8 +181,9 @@ def _by_size(value: Any, grid: Callable[[Any], Any]) -> Any:
 
 def is_by_size(grid: object) -> bool:
     """Whether a grid is a table N -> grid."""
-    is_table = isinstance(grid, dict) and grid != {}
-    return is_table and all(re.fullmatch(r"[1-9]\d{0,9}", str(key)) for key in grid)
+    if not isinstance(grid, dict) or not grid:
+        return False
+    return all(re.fullmatch(r"[1-9]\d{0,9}", str(key)) for key in grid)
 
 
 def _or(form: type[Keys], made: Callable[[Any], Any] = BaseModel.model_dump) -> WrapValidator:

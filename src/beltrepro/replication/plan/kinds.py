@@ -76,27 +76,27 @@ class Kind:
         }
         return of_points | self.recorded
 
-    def complaints(self, settings: dict, points: Sequence[Point]) -> Iterator[tuple[str, str]]:
+    def complaints(self, settings: dict, points: Sequence[Point]) -> Iterator[str]:
         """Keys with values that fit their types and still cannot be meant, and why not."""
         # one for each chain at any belt velocity, on which this does not depend
         alike = {point[:8]: point for point in points if point.method == "event"}
         for text in filter(None, map(noise_beyond_event, map(chain, alike.values()))):
-            yield "noise", text
+            yield f"noise {text}"
         for name in ("transient", "settle_time"):
             if settings.get(name, 0) >= (duration := settings["duration"]):
-                yield name, f"= {settings[name]:g}: must be less than duration = {duration:g}"
+                yield f"{name} = {settings[name]:g}: must be less than duration = {duration:g}"
         if self.follows_tangents and (others := {point.method for point in points} - {"event"}):
-            yield "method", f"= {others.pop()}: only event has a tangent dynamics"
+            yield f"method = {others.pop()}: only event has a tangent dynamics"
         if block := settings.get("section_block"):
             if block > (smallest := min(point.n_blocks for point in points)):
-                yield "section_block", f"= {block}: the chain has {smallest} blocks"
+                yield f"section_block = {block}: the chain has {smallest} blocks"
             if settings["section_position"] is None:
-                yield "section_position", "is missing: only for the last block there is a rule"
+                yield "section_position is missing: only for the last block there is a rule"
         interval = settings.get("sample_interval", 0)
         for step in {point.time_step for point in points if point.method == "verlet"}:
             if abs(round(interval / step) * step - interval) > 1e-9 * interval:
-                text = f"= {interval:g}: method verlet needs a multiple of time_step = {step:g}"
-                yield "sample_interval", text  # as in simulation/sampling
+                needed = f"method verlet needs a multiple of time_step = {step:g}"
+                yield f"sample_interval = {interval:g}: {needed}"  # as in simulation/sampling
 
 
 def _array(row: str) -> Array:
