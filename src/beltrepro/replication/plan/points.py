@@ -14,10 +14,15 @@ import yaml
 
 from beltrepro.model import ChainParameters, units
 
-WORDS: dict[str, Any] = yaml.load(
-    Path(__file__).with_name("words.yaml").read_text(encoding="utf-8"),
-    Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader),
-)
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """What a file of the package says; nothing if there is none."""
+    # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    return yaml.load(path.read_text("utf-8"), loader) if path.exists() else {}
+
+
+WORDS = read_yaml(Path(__file__).with_name("words.yaml"))
 UNITS = {
     "1": "1",
     "length": f"model length ({1e3 * units.LENGTH_M:.3g} mm)",
