@@ -90,6 +90,7 @@ class EventIntegrator(Integrator):
         first_row = self._rows(self.time) + 1
         samples = first_row * interval - self.time, interval, self._rows(end) + 1 - first_row
         self._chains.time[:] = 0.0
+        self._chains.time[self._width :] = length
         self._chains.passes[:] = 0.0
         given = span, self._group, self._scratch
         for kernel in self._kernels:

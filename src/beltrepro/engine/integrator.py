@@ -123,8 +123,7 @@ class Integrator:
         self._width = len(states)
         self._sampling = sampling
         self._first_sampled = self.n_blocks - sampled_blocks
-        # lanes that fill up the last vector repeat the last chain, and so take the steps that it
-        # takes; their results are not read
+        # lanes that fill up the last vector hold the last chain as it begins, and stand still
         lanes = -(-self._width // LANES) * LANES
         self._source = np.minimum(np.arange(lanes), self._width - 1)
         chains = [self.parameters[lane] for lane in self._source]
