@@ -315,6 +315,13 @@ def test_a_block_beyond_its_threshold_slips_at_once():
         np.testing.assert_allclose(times(events), instants, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_a_block_exactly_at_its_threshold_is_let_go(method):
+    chain = ChainParameters(1, 1.0, static_friction=64.0, linear_limit=np.inf)
+    run = simulate(chain, duration=2.0, initial_positions=[114.0], method=method)
+    assert run.events["time"][0] <= 0.001 and run.events["force"][0] == pytest.approx(-64, abs=2e-3)
+
+
 # --- samples and section ---
 
 

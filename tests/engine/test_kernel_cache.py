@@ -46,6 +46,17 @@ def test_what_cannot_be_kept_is_compiled_anew(tmp_path, caplog):
     assert "every process compiles anew" in caplog.text
 
 
+@pytest.mark.parametrize(("value", "status"), [("1", 2), ("0", 0)])
+def test_where_compilation_is_forbidden_one_line_says_so(value, status):
+    words = ["simulate", "--n-blocks=2", "--belt-velocity=9", "--duration=50"]
+    command = [sys.executable, "-m", "beltrepro.cli.app", *words]
+    environment = os.environ | {"NUMBA_DISABLE_JIT": value}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    refused = "error: NUMBA_DISABLE_JIT = 1: integrators run as machine code only; unset it\n"
+    assert (done.returncode, refused in done.stderr) == (status, status == 2)
+    assert status == 0 or done.stderr == refused
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(3600)  # it compiles every kernel, on a machine that may be busy
 def test_after_the_command_cache_nothing_is_compiled(tmp_path):
