@@ -17,12 +17,8 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
-from beltrepro.base.errors import InputError
 from beltrepro.engine.kernel_cache import KernelCacheFile, digest
 from beltrepro.engine.simd import as_bits, fma, from_bits, select
-
-if numba.config.DISABLE_JIT:
-    raise InputError("NUMBA_DISABLE_JIT = 1: integrators run as machine code only; unset it")
 
 _LINE = 64  # bytes of a cache line and of a vector of eight doubles
 
