@@ -1,5 +1,7 @@
 """Formulas, errors and edges of the estimators, against formulas of other form and plain loops."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -112,21 +114,24 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
 
 
 @pytest.mark.parametrize(
-    ("slips", "sticks", "start", "expected"),
+    ("slips", "sticks", "start", "velocity", "expected"),
     [
-        ([0, 10], [5.0, 15.5], 0, [[10, 15.5]]),  # longer than the limit only
-        ([10], [8.0, 18.0], 1, [[1, 8], [10, 18]]),  # begun before
-        ([], [8.0], 1, [[1, 8]]),
-        ([3.0], [], 1, [[3, 20]]),  # goes on
-        ([], [], 0, []),
+        ([0, 10], [5.0, 15.5], 0, 9.0, [[10, 15.5]]),  # longer than the limit only
+        ([10], [8.0, 18.0], 1, 9.0, [[1, 8], [10, 18]]),  # begun before
+        ([], [8.0], 1, 9.0, [[1, 8]]),
+        ([3.0], [], 1, 9.0, [[3, 20]]),  # goes on
+        ([], [], 0, 7.0, []),  # rides on the belt all the time
+        ([], [], 1, 9.0, [[1, 20]]),  # slips all the time
     ],
 )
-def test_laminar_phases(slips, sticks, start, expected):
+def test_laminar_phases(slips, sticks, start, velocity, expected):
     rows = [(time, 2, "slip") for time in slips] + [(time, 2, "stick") for time in sticks]
     rows += [(time, 1, "stick") for time in range(20)]  # of another block
     kind = [("time", float), ("block", int), ("kind", "U5")]
     events = np.sort(np.array(rows, kind), order="time")
-    phases = states.last_block_phases(events, 2, 5.0, start=start, stop=20)
+    about = {"n_blocks": 2, "belt_velocity": 7.0, "transient": start, "duration": 20}
+    arrays = {"events": events, "velocities": np.full((9, 2), velocity)}
+    phases = states.laminar_phases(SimpleNamespace(arrays=arrays, attributes=about), 5.0)
     assert phases.tolist() == expected and phases.shape[1:] == (2,)
 
 
@@ -159,14 +164,14 @@ def test_rows_tell_noise_levels_and_order_replicates():
         "noise": np.array([0.3, 0.3, 0.1 + 0.2, 0.3, 0.31, 0.3]),
         "replicate": np.array([1, 1, 0, 0, 0, 0]),
     }
-    row = sections.rows(table, n_blocks=5, noise=0.3)
+    row = sections.cut(table, n_blocks=5, noise=0.3)
     assert row["belt_velocity"].tolist() == [1, 1, 2, 2]
     assert row["replicate"].tolist() == [0, 1, 0, 1]
-    column = sections.columns(table, n_blocks=5, belt_velocity=1.0)
+    column = sections.cut(table, n_blocks=5, belt_velocity=1.0)
     assert column["noise"].tolist() == [0.3, 0.3, 0.31]
     assert column["replicate"].tolist() == [0, 1, 0]
     del table["replicate"]
-    assert sections.rows(table, n_blocks=5, noise=0.3)["belt_velocity"].tolist() == [1, 1, 2, 2]
+    assert sections.cut(table, n_blocks=5, noise=0.3)["belt_velocity"].tolist() == [1, 1, 2, 2]
 
 
 # --- states ---------------------------------------------------------------------------------------
