@@ -5,6 +5,7 @@ import html
 import itertools
 import json
 import re
+from types import SimpleNamespace
 
 import html5lib
 import numpy as np
@@ -17,7 +18,7 @@ import pages
 from alternating import studies
 from beltrepro.base import store
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report import conduct
+from beltrepro.replication.report import sections
 from beltrepro.replication.report.claim_results import compare, count, read, statements
 from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.material import WORDS
@@ -299,7 +300,8 @@ def test_what_was_run_has_a_row_for_each_dataset(text):
     assert (integrator[0], integrator[3]) == ("Integrator", "slips_u1")
     assert [row[0] for row in general] == [row["what"] for row in WORDS["deviations"]]
     scan = {"kind": "scan", "name": "a", "duration": "2e6", "transient": "1e6", "method": "verlet"}
-    assert conduct.deviations_of_run([scan]) == []
+    run = SimpleNamespace(datasets=[scan])
+    assert sections.deviations(run) == {"deviations": WORDS["deviations"]}
 
 
 def test_time_is_summed_by_rule(text):
