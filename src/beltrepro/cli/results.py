@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import sys
 import textwrap
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from beltrepro.base.errors import InputError
-from beltrepro.cli.options import PLACED, command, finite, values
+from beltrepro.cli.options import PLACED, command
 
 if TYPE_CHECKING:
     from beltrepro.replication.report.claim_results import Result
-
-_QUESTIONS = ("replicated", "robust")
-_WITH_VERDICT = "only claims with this verdict: yes, in-part, no, open, not-testable"
 
 
 @command(
@@ -57,31 +53,17 @@ def verify(options: argparse.Namespace) -> int:
 @command(
     ("preset", str, "standard", "run to read: results/NAME (standard)"),
     ("results", Path, None, "another folder than results/NAME"),
-    ("replicated", str, None, _WITH_VERDICT),
-    ("robust", str, None, _WITH_VERDICT),
-    ("json", bool, False, "print everything as JSON"),
 )
 def claims(options: argparse.Namespace) -> None:
     """Print the verdicts of a run on the claims of the paper.
 
     Each claim has two, and what was found: whether it is replicated by the authors' protocol, and
-    whether it is robust.
+    whether it is robust. The files claims.csv and estimates.csv of the run have all numbers.
     """
     from beltrepro.replication.report.claim_results import count, read
 
     results = read(options.results or _made(options.preset))
-    shown = list(results.values())
-    for question in _QUESTIONS:
-        if word := (getattr(options, question) or "").replace("-", " "):
-            verdicts = {result.verdicts[question] for result in shown}
-            shown = [result for result in shown if result.verdicts[question] == word]
-            if not shown:
-                has = ", ".join(sorted(verdicts))
-                raise InputError(f"--{question} {word}: no claim has it; there are {has}")
-    if options.json:
-        print(json.dumps([_plain(result) for result in shown], indent=1))
-        return
-    print(_table(shown))
+    print(_table(list(results.values())))
     for question, numbers in count(results).items():
         words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.items() if number)
         print(f"\n{question}: {words}", end="")
@@ -101,21 +83,6 @@ def _made(preset: str) -> Path:
     return folder
 
 
-def _plain(result: Result) -> dict[str, Any]:
-    """A claim as JSON has it."""
-    about = ("id", "figure", "kind", "says", "statement", "seen")
-    plain = values(result.claim, *about) | values(result, "paper", "note")
-    for question, answer in result.answers.items():
-        estimates = []
-        for number in answer.numbers.values():
-            ends = dict(zip(("allowed_low", "allowed_high"), number.allowed, strict=True))
-            measured = values(number.estimate, "value", "low", "high", "runs") | ends
-            estimates.append({"name": number.name, **finite(measured), "verdict": number.verdict})
-        texts = {name: text for name, text in vars(answer).items() if name != "numbers"}
-        plain[question] = texts | {"estimates": estimates}
-    return plain
-
-
 def _table(results: list[Result]) -> str:
     from tabulate import tabulate
 
@@ -126,5 +93,5 @@ def _table(results: list[Result]) -> str:
         sentences = [text for text in answers if text] or [result.claim.statement]
         lines = "\n".join(textwrap.fill(text, width) for text in sentences)
         rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
-    headers = ("claim", "figure", *_QUESTIONS, "what was found")
+    headers = ("claim", "figure", "replicated", "robust", "what was found")
     return tabulate(rows, headers=headers, tablefmt="simple")
