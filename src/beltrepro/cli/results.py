@@ -1,20 +1,14 @@
 """Commands of the results of the workflow: verify, claims."""
 
-from __future__ import annotations
-
 import argparse
 import shutil
 import sys
 import textwrap
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from beltrepro.base.errors import InputError
 from beltrepro.cli.options import PLACED, command
-
-if TYPE_CHECKING:
-    from beltrepro.replication.report.claim_results import Result
 
 
 @command(
@@ -60,10 +54,19 @@ def claims(options: argparse.Namespace) -> None:
     Each claim has two, and what was found: whether it is replicated by the authors' protocol, and
     whether it is robust. The files claims.csv and estimates.csv of the run have all numbers.
     """
+    from tabulate import tabulate
+
     from beltrepro.replication.report.claim_results import count, read
 
     results = read(options.results or _made(options.preset))
-    print(_table(list(results.values())))
+    width, rows = max(30, shutil.get_terminal_size((110, 24)).columns - 60), []
+    for result in results.values():
+        answers = dict.fromkeys(answer.found for answer in result.answers.values())
+        sentences = [text for text in answers if text] or [result.claim.statement]
+        lines = "\n".join(textwrap.fill(text, width) for text in sentences)
+        rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
+    headers = ("claim", "figure", "replicated", "robust", "what was found")
+    print(tabulate(rows, headers=headers, tablefmt="simple"))
     for question, numbers in count(results).items():
         words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.items() if number)
         print(f"\n{question}: {words}", end="")
@@ -81,17 +84,3 @@ def _made(preset: str) -> Path:
             f"snakemake --cores 2 --config preset={preset}{other}"
         )
     return folder
-
-
-def _table(results: list[Result]) -> str:
-    from tabulate import tabulate
-
-    width = max(30, shutil.get_terminal_size((110, 24)).columns - 60)
-    rows = []
-    for result in results:
-        answers = dict.fromkeys(answer.found for answer in result.answers.values())
-        sentences = [text for text in answers if text] or [result.claim.statement]
-        lines = "\n".join(textwrap.fill(text, width) for text in sentences)
-        rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
-    headers = ("claim", "figure", "replicated", "robust", "what was found")
-    return tabulate(rows, headers=headers, tablefmt="simple")
