@@ -75,7 +75,7 @@ def scan(options: argparse.Namespace) -> None:
     if options.output:
         results.save(options.output)
     if options.json:
-        print(results.table().to_json(orient="records", indent=2, double_precision=15))
+        shared.print_json(results.table().to_dict("records"))
     elif options.output:
         print(f"{options.output}: {len(chains)} points")
     else:

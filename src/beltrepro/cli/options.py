@@ -28,7 +28,7 @@ and transient 1e6."""
 REQUIRED, PLACED = object(), object()  # defaults: an option that must be there, one without a name
 
 # Options: name, type, default, words.
-JSON = ("json", bool, False, "print the result as JSON")
+JSON = ("json", bool, False, 'print JSON: all digits, infinity as "Infinity", NaN as null')
 NUMERICS = (
     ("duration", float, REQUIRED, "time simulated, transient included"),
     ("transient", float, 0.0, "time left out of what is measured (0)"),
@@ -187,17 +187,27 @@ def print_result(result: dict, as_json: bool, chain: ChainParameters | None = No
         usual = {one.name: one.default for one in fields(ChainParameters)[3:]}
         result = {n: now for n, now in about.items() if now != usual.get(n)} | result
     if as_json:
-        print(json.dumps(finite(result), indent=2))
+        print_json(result)
         return
     width = max(map(len, result))
     for name, value in result.items():
         print(f"{name:<{width}}  {f'{value:.6g}' if isinstance(value, float) else value}")
 
 
-def finite(result: dict[str, Any]) -> dict[str, Any]:
-    """A result for JSON, which has no infinity and no NaN."""
-    bad = {name for name, v in result.items() if isinstance(v, float) and not math.isfinite(v)}
-    return result | dict.fromkeys(bad)
+def print_json(value: Any) -> None:
+    """Print numbers with all digits; JSON has no infinity and no NaN, see `JSON`."""
+    print(json.dumps(_plain(value), indent=2))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_plain(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        # pandas, JavaScript and Python make the number of this text
+        return None if math.isnan(value) else str(value).replace("inf", "Infinity")
+    return value
 
 
 def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...]) -> None:
