@@ -10,6 +10,8 @@ from pathlib import Path
 from beltrepro.base.errors import InputError
 from beltrepro.cli.options import PLACED, command
 
+_NAMED = 5  # of the files that are not made
+
 
 @command(
     ("results", Path, PLACED, "folder of a run, as results/smoke"),
@@ -21,7 +23,8 @@ def verify(options: argparse.Namespace) -> int:
 
     Every dataset and table of a run must be whole, and as the list says: bit by bit if the
     processor, its instructions and the libraries are those of the list, otherwise within bounds
-    (docs/workflow.md). Exit status 1 if anything is wrong; each line of it says how to repair it.
+    (docs/trust.md). Exit status 1 if anything is wrong, with a line that says how to repair it, or
+    if anything is not made yet.
     """
     from beltrepro.extras import verification
 
@@ -37,11 +40,17 @@ def verify(options: argparse.Namespace) -> int:
         if finding.words:
             print(f"error: {finding.words}", file=sys.stderr)
     counts = Counter(finding.outcome for finding in findings)
+    missing = [finding.name for finding in findings if finding.outcome == verification.MISSING]
+    made = len(findings) - len(missing)
+    if not made:
+        raise InputError(f"{options.results}: nothing of what {path} lists is made there")
+    if missing:
+        print(f"not made: {', '.join(missing[:_NAMED])}{', ...' * (len(missing) > _NAMED)}")
     print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
     meanings = verification.MEANINGS
     worst = next((outcome for outcome in meanings if counts[outcome]), verification.SAME)
-    print(meanings[worst])
-    return int(worst == verification.WRONG)
+    print(meanings[worst].format(made=made, listed=len(findings)))
+    return int(worst in (verification.MISSING, verification.WRONG))
 
 
 @command(
