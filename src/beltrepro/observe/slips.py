@@ -1,5 +1,7 @@
 """Slips of the blocks: counts, laminar phases of the last block, avalanches."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from beltrepro.engine.integrator import Chunk
@@ -23,19 +25,14 @@ class SlipActivity:
     the periodic state is one of continuous slip); only time after `start` counts.
     """
 
-    def __init__(
-        self,
-        width: int,
-        n_blocks: int,
-        start: float,
-        laminar_time: float,
-        slipping_since: np.ndarray | float = np.nan,
-    ) -> None:
+    def __init__(self, states: Sequence[ChainState], start: float, laminar_time: float) -> None:
         self._start, self._end = start, start
         self._laminar_time = laminar_time
+        width, n_blocks = len(states), states[0].parameters.n_blocks
         self.slip_count, self.stick_count = np.zeros((2, width, n_blocks), dtype=np.int64)
-        # of the last block; NaN while it is stuck, and before it has ever stuck
-        self.slipping_since = np.zeros(width) + slipping_since
+        # of the last block, NaN while it is stuck; where it slips already, since when is not known
+        moving = [state.directions[-1] != 0 for state in states]
+        self.slipping_since = np.where(moving, states[0].time, np.nan)
         self.last_stick_time = np.full(width, np.nan)
         self._laminar = np.zeros((3, width))  # count, sum and maximum of the lengths
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +13,9 @@ from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.slips import EventLog, slips_and_avalanches
-from beltrepro.simulation.groups import Report, in_groups, integrator_of
+from beltrepro.simulation.groups import Group, Report, in_groups, integrator_of, of_each
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.setup import (
-    Case,
     Chains,
     PerChain,
     check_lengths,
@@ -66,8 +64,7 @@ class Catalogue(dict[str, np.ndarray]):
             columns |= blocks("velocity", rows["velocities"])
         return frame(columns)
 
-    def _repr_html_(self) -> str:
-        return html(self)
+    _repr_html_ = html
 
 
 @with_setup
@@ -122,15 +119,10 @@ def catalogue(
     vectors = [(name, "f8", (max(sizes),)) for name in ("positions", "velocities")]
     crossing = np.dtype([("point", "i4"), ("time", "f8"), *vectors])
     record = partial(_recorded, sections, section_block, crossing, transient, loading)
-    recorded = in_groups(made.cases, record, progress, workers=made.workers)
+    recorded = of_each(in_groups(made.cases, record, progress, workers=made.workers))
     loading.warn()
-    tables = zip(*(tables for _, group in recorded for tables in group), strict=True)
-    return Catalogue(
-        {
-            name: _joined(parts)
-            for name, parts in zip(("slips", "avalanches", "section"), tables, strict=True)
-        }
-    )
+    tables = map(np.concatenate, zip(*recorded, strict=True))
+    return Catalogue(zip(("slips", "avalanches", "section"), tables, strict=True))
 
 
 def _recorded(
@@ -139,34 +131,24 @@ def _recorded(
     crossing: np.dtype,
     transient: float,
     loading: LoadingWatch,
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
+    group: Group,
 ) -> list[tuple[np.ndarray, ...]]:
-    """Slips, avalanches and section points of each chain of a group with these numbers."""
-    chain = members[0].parameters
-    section = Section(section_block or chain.n_blocks, sections[group])
-    integrator = integrator_of(members, section=section)
-    start = members[0].state.time + transient
-    events, crossings = EventLog(len(members), chain.rest_positions), ReturnLog(len(members))
-    loading.observe(group, integrator, [events, crossings], report)
+    """Slips, avalanches and section points of each chain of a group."""
+    chain, width, start = group.chain, len(group.cases), group.start + transient
+    section = Section(section_block or chain.n_blocks, sections[group.indices])
+    events, crossings = EventLog(width, chain.rest_positions), ReturnLog(width)
+    loading.observe(group, integrator_of(group.cases, section=section), events, crossings)
     law = law_constants(chain)
     tables: list[tuple[np.ndarray, ...]] = []
-    for lane, (number, case) in enumerate(zip(group, members, strict=True)):
+    for lane, (number, case) in enumerate(zip(group.indices, group.cases, strict=True)):
         times, states, _ = crossings.returns(lane)
         late = times >= start
         points = np.zeros(late.sum(), crossing)
         points["positions"] = points["velocities"] = np.nan
         points["point"], points["time"] = number, times[late]
         positions, velocities = np.hsplit(states[late], 2)
-        points["positions"][:, : chain.n_blocks] = positions + case.parameters.rest_positions
+        points["positions"][:, : chain.n_blocks] = positions + chain.rest_positions
         points["velocities"][:, : chain.n_blocks] = velocities + case.parameters.belt_velocity
         slips = slips_and_avalanches(events.events(lane), number, case.state, law, start)
         tables.append((*slips, points))
     return tables
-
-
-def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Tables of several chains as one, in their order."""
-    joined = np.concatenate(parts)
-    return joined[np.argsort(joined["point"], kind="stable")]

@@ -1,17 +1,16 @@
 """Says in one line that chains still load while they are measured."""
 
 import math
-import warnings
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beltrepro.engine.integrator import Integrator
 from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
-from beltrepro.simulation.groups import Report, observe
-from beltrepro.simulation.setup import Case, caller
+from beltrepro.simulation.groups import Group, observe
+from beltrepro.simulation.setup import Case, warn
 
 _MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
@@ -27,24 +26,20 @@ class LoadingWatch:
         # of the runs in which it matters: a transient that leaves it out, and r
         self._loading: dict[int, tuple[float, float]] = {}
 
-    def observe(
-        self, group: np.ndarray, integrator: Integrator, observers: Sequence, report: Report
-    ) -> None:
+    def observe(self, group: Group, chains: Integrator, *observers: Any) -> None:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
-        cases = [self._cases[number] for number in group]
-        start, rest = cases[0].state.time, cases[0].parameters.rest_positions[-1]
-        history = LengthHistory(len(cases), start + self._transient, start + self._duration)
-        if self._transient >= _SURELY * max(map(_loading_time, cases)):
-            observe(integrator, self._duration, observers, report)
-            return
-        observe(integrator, self._duration, [*observers, history], report)
+        cases, end = group.cases, group.start + self._duration
+        history = LengthHistory(len(cases), group.start + self._transient, end)
+        loaded = self._transient >= _SURELY * max(map(_loading_time, cases))
+        watching = observers if loaded else (*observers, history)
+        observe(chains, self._duration, watching, group.report)
         if history.count.any():
             length, matters, whole, _ = beginning(history)
-            disorder = whole.deviation / (whole.mean + rest)
+            disorder = whole.deviation / (whole.mean + group.chain.rest_positions[-1])
             for lane in np.flatnonzero(matters):
                 if self._may_load(cases[lane]):
                     needed = self._needed(cases[lane], length[lane])
-                    self._loading[int(group[lane])] = needed, disorder[lane]
+                    self._loading[int(group.indices[lane])] = needed, disorder[lane]
 
     def warn(self) -> None:
         """Warn if runs are measured while their chains load, and say how long that takes."""
@@ -55,10 +50,9 @@ class LoadingWatch:
         total = len(self._cases)
         many = "" if total == 1 else f"{len(self._loading)} of {total} chains: "
         longer = "" if needed < self._duration / 2 else " and a duration well beyond it"
-        warnings.warn(
+        warn(
             f"{many}loading is measured too ({self._cases[number].parameters.describe()}: "
-            f"r = {disorder:.3g}); transient={needed:g}{longer} leaves it out",
-            stacklevel=caller(),
+            f"r = {disorder:.3g}); transient={needed:g}{longer} leaves it out"
         )
 
     def _needed(self, case: Case, length: float) -> float:

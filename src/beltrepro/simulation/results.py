@@ -11,14 +11,14 @@ import numpy as np
 from beltrepro.base import atomic, checks, names, provenance, store
 from beltrepro.base.errors import InputError
 from beltrepro.simulation.grid import QUANTITIES
-from beltrepro.simulation.groups import Report, in_groups
-from beltrepro.simulation.setup import Case, Setup, columns
+from beltrepro.simulation.groups import Group, Report, in_groups
+from beltrepro.simulation.setup import Setup, columns
 from beltrepro.simulation.tables import frame, html
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Measure = Callable[[np.ndarray, list[Case], Report], dict[str, np.ndarray]]
+Measure = Callable[[Group], dict[str, np.ndarray]]
 
 
 class Results(dict[str, np.ndarray]):
@@ -80,8 +80,7 @@ class Results(dict[str, np.ndarray]):
                 columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
         return frame(columns)
 
-    def _repr_html_(self) -> str:
-        return html(self)
+    _repr_html_ = html
 
     @names.checked
     def save(self, path: str | Path) -> None:

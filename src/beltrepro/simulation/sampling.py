@@ -2,7 +2,6 @@
 
 import math
 import re
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,12 +10,12 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
-from beltrepro.engine.integrator import Chunk, Sampling
+from beltrepro.engine.integrator import Chunk, Integrator, Sampling
 from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import external_force
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.setup import Case, caller
+from beltrepro.simulation.setup import Case, warn
 
 _MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
 _FEWEST = 10  # samples for r and <x_N>
@@ -76,36 +75,32 @@ def sampling_of(sample_interval: float, method: str, time_step: float) -> Sampli
     )
 
 
-def with_moments(sampling: Sampling, method: str) -> tuple[Sampling, int]:
-    """The same samples, and so many between them that r hardly depends on the interval.
+def with_moments(sample_interval: float, case: Case) -> tuple[Sampling, int]:
+    """The samples of a case, and so many between them that r hardly depends on the interval.
 
     Returns the finer sampling, and how many of its intervals are one of those asked for: a power of
     2 for "event", which leaves the bits of the instants; a divisor of the steps for "verlet".
     """
+    sampling = sampling_of(sample_interval, case.method, case.time_step)
     ratio = sampling.interval / _MOMENTS_INTERVAL * (1 - _ROUNDING)
     if ratio <= 1:
         return sampling, 1
-    if method == "event":
+    if case.method == "event":
         every = 2 ** math.ceil(math.log2(ratio))
         return Sampling(sampling.steps, sampling.step / every), every
     every = next(k for k in range(math.ceil(ratio), sampling.steps + 1) if sampling.steps % k == 0)
     return Sampling(sampling.steps // every, sampling.step), every
 
 
-def moments_of(
-    moments: LengthMoments, members: Sequence[Case], sampling: Sampling, start: float, end: float
-) -> dict[str, np.ndarray]:
-    """Moments of the chain length (W,) from `start` to `end`; NaN, warned, of too few samples."""
-    lengths = moments.result(members[0].parameters.rest_positions[-1])
-    last = math.floor(end / sampling.interval + _ROUNDING)
-    before = max(math.ceil(start / sampling.interval - _ROUNDING) - 1, 0)
-    if last - before < _FEWEST:
-        warnings.warn(
-            f"r and <x_N> are NaN: the {end - start:g} of model time over which they are to be "
-            f"found hold fewer than {_FEWEST} samples, one every {sampling.interval:g}",
-            stacklevel=caller(),
+def moments_of(moments: LengthMoments, chains: Integrator) -> dict[str, np.ndarray]:
+    """Moments of the length (W,) of chains; r and <x_N> are NaN, warned, of too few samples."""
+    lengths = moments.result(chains.parameters[0].rest_positions[-1])
+    if moments.count < _FEWEST:
+        warn(
+            f"r and <x_N> are NaN: the {chains.time - moments.start:g} of model time over which "
+            f"they are to be found hold {moments.count} samples, at least {_FEWEST} are needed"
         )
-        nothing = np.full(len(members), np.nan)
+        nothing = np.full_like(lengths["mean_length"], np.nan)
         lengths |= {"mean_length": nothing, "disorder_parameter": nothing}
     return lengths
 

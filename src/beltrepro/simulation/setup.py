@@ -65,11 +65,12 @@ class Case:
         return chain.n_blocks, chain.law, chain.noise > 0, self.state.time, *numerics
 
     @property
-    def accuracy(self) -> dict[str, float]:
-        """What the integrator is told about its accuracy."""
-        if self.tolerance is None:
-            return {}
-        return {"tolerance": self.tolerance, "noise_share": 0.0}  # as asked, noise or not
+    def numerics(self) -> dict[str, float]:
+        """What the integrator is told of its steps."""
+        steps = {"time_step": self.time_step}
+        if self.tolerance is not None:  # as asked, noise or not
+            steps |= {"tolerance": self.tolerance, "noise_share": 0.0}
+        return steps
 
     @property
     def identity(self) -> tuple:
@@ -391,16 +392,15 @@ def _warn_of_repeats(cases: Sequence[Case]) -> None:
     if repeated := len(cases) - len({case.identity for case in cases}):
         noise = any(case.parameters.noise > 0 for case in cases)
         advice = "" if noise else " and an initial_spread"
-        warnings.warn(
+        warn(
             f"{repeated} of {len(cases)} chains repeat another bit by bit; for runs that differ "
-            f"give them other replicates: replicate=range({len(cases)}){advice}",
-            stacklevel=caller(),
+            f"give them other replicates: replicate=range({len(cases)}){advice}"
         )
 
 
-def caller() -> int:
-    """How many calls above is the one from outside this package."""
-    frame, level = sys._getframe(1), 1
+def warn(text: str) -> None:
+    """Warn at the line outside this package from which it was called."""
+    frame, level = sys._getframe(), 1
     while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "beltrepro":
         frame, level = frame.f_back, level + 1
-    return level
+    warnings.warn(text, stacklevel=level)

@@ -32,6 +32,11 @@ def blocks(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
     return {f"{name}_{number}": column for number, column in enumerate(values.T, start=1)}
 
 
+def html(result: Any) -> str:
+    """What a notebook shows of a result: its line and the first rows of its table."""
+    return f"<p>{escape(repr(result))}</p>{result.table().head(_MOST_ROWS).to_html()}"
+
+
 class Tabled:
     """A result that is a dataclass: with a table, and its fields by name."""
 
@@ -59,10 +64,4 @@ class Tabled:
         public = [word for word in dir(self) if not word.startswith("_")]
         return getattr(self, names.one_of("name", name, public))
 
-    def _repr_html_(self) -> str:
-        return html(self)
-
-
-def html(result: Any) -> str:
-    """What a notebook shows of a result: its line and the first rows of its table."""
-    return f"<p>{escape(repr(result))}</p>{result.table().head(_MOST_ROWS).to_html()}"
+    _repr_html_ = html

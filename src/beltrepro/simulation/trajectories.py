@@ -12,7 +12,7 @@ import numpy as np
 from beltrepro.engine import records
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation.groups import Report, in_groups, integrator_of
+from beltrepro.simulation.groups import Group, Report, in_groups, integrator_of, of_each
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.run import EVENT, Run
 from beltrepro.simulation.sampling import (
@@ -20,17 +20,9 @@ from beltrepro.simulation.sampling import (
     check_samples,
     for_moments,
     moments_of,
-    sampling_of,
     with_moments,
 )
-from beltrepro.simulation.setup import (
-    TOLERANCES,
-    Case,
-    Chains,
-    check_lengths,
-    setup_of,
-    with_setup,
-)
+from beltrepro.simulation.setup import TOLERANCES, Chains, check_lengths, setup_of, with_setup
 
 
 @with_setup
@@ -83,42 +75,28 @@ def simulate(
     lengths = {"duration": duration, "transient": transient}
     samples = check_samples(sample_interval, sample_start, duration, made.cases)
     loading = LoadingWatch(made.cases, **lengths)
-    work = partial(_follow, loading, lengths | samples)
-    followed = in_groups(made.cases, work, progress, workers=made.workers)
+    work = partial(_followed, loading, lengths | samples)
+    runs = of_each(in_groups(made.cases, work, progress, workers=made.workers))
     loading.warn()
-    runs = {
-        index: run for group, several in followed for index, run in zip(group, several, strict=True)
-    }
-    return runs[0] if made.alone else [runs[index] for index in range(len(made.cases))]
+    return runs[0] if made.alone else runs
 
 
-def _follow(
-    loading: LoadingWatch,
-    settings: dict[str, Any],
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-) -> list[Run]:
+def _followed(loading: LoadingWatch, settings: dict[str, Any], group: Group) -> list[Run]:
     """The runs of a group of cases."""
-    first, rest = members[0], members[0].parameters.rest_positions
-    start = first.state.time
-    measured, end = start + settings["transient"], start + settings["duration"]
-    if settings["sample_interval"] is None:
+    members, rest, start = group.cases, group.chain.rest_positions, group.start
+    end, interval = start + settings["duration"], settings["sample_interval"]
+    if interval is None:
         sampling, every, sampled_blocks, kept_from = for_moments(members), 1, 1, math.inf
     else:
-        kept = sampling_of(settings["sample_interval"], first.method, first.time_step)
-        sampling, every = with_moments(kept, first.method)
+        sampling, every = with_moments(interval, members[0])
         sampled_blocks, kept_from = len(rest), start + settings["sample_start"]
-    integrator = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
-    moments, events = LengthMoments(len(members), measured), EventLog(len(members), rest)
+    chains = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
+    moments = LengthMoments(len(members), start + settings["transient"])
+    events = EventLog(len(members), rest)
     samples = SampleLog(members, sampling, every, kept_from, end)
-    loading.observe(group, integrator, [moments, events, samples], report)
-    length = moments_of(moments, members, sampling, measured, integrator.time)
-    residual, states, made_by = (
-        integrator.energy_residual(),
-        integrator.state(),
-        version("beltrepro"),
-    )
+    loading.observe(group, chains, moments, events, samples)
+    length, residual = moments_of(moments, chains), chains.energy_residual()
+    states, made_by = chains.state(), version("beltrepro")
     return [
         Run(
             parameters=case.parameters,
