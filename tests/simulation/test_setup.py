@@ -22,8 +22,8 @@ from beltrepro import (
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.simulation import sampling
 from beltrepro.simulation import setup as setups
+from beltrepro.simulation import trajectories
 
 CHAIN, NOISY = ChainParameters(2, 20.0), ChainParameters(3, 10.0, 1.0)
 STATE = ChainState.at_rest(CHAIN, time=0.5)
@@ -261,7 +261,7 @@ def test_vectors_of_shorter_chains_end_with_nan():
 
 def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
     chain = ChainParameters(5, 20.0)
-    monkeypatch.setattr(sampling, "available_memory", lambda: 10**9)
+    monkeypatch.setattr(trajectories, "available_memory", lambda: 10**9)
     with pytest.raises(InputError) as caught:
         simulate([chain] * 2, duration=2e6, replicate=[0, 1], initial_spread=1e-3)
     words = str(caught.value)
@@ -269,16 +269,16 @@ def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
     assert "sample_interval = 0.1" in words and "5.12 GB" in words and "\n" not in words
     fits = float(words.split("from ")[1].split()[0])
     cases = Setup(chain, seed=[1, 2], replicate=1, initial_spread=1.0).cases
-    sampling.check_samples(fits, 0.0, 2e6, cases)
+    trajectories.check_samples(fits, 0.0, 2e6, cases)
     with pytest.raises(InputError):
-        sampling.check_samples(fits / 1.3, 0.0, 2e6, cases)
-    sampling.check_samples(0.1, 1.9e6, 2e6, cases)
+        trajectories.check_samples(fits / 1.3, 0.0, 2e6, cases)
+    trajectories.check_samples(0.1, 1.9e6, 2e6, cases)
 
 
 def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
     text = "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"
-    monkeypatch.setattr(sampling.Path, "read_text", lambda path: text)
-    assert sampling.available_memory() == 1024 * 1000
+    monkeypatch.setattr(trajectories.Path, "read_text", lambda path: text)
+    assert trajectories.available_memory() == 1024 * 1000
 
 
 # --- what is refused ---

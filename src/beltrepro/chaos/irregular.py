@@ -24,12 +24,12 @@ from beltrepro.simulation.groups import (
     Group,
     Report,
     check_progress,
+    for_moments,
     in_groups,
     integrator_of,
     observe,
 )
 from beltrepro.simulation.results import Results
-from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import CLOSED, EQUILIBRIUM, PERIODIC, find_recurrence
 

@@ -11,8 +11,8 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.threads import in_threads
 from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.model import ChainParameters
-from beltrepro.simulation.sampling import for_moments
-from beltrepro.simulation.setup import METHODS, Case
+from beltrepro.observe.length import LengthMoments
+from beltrepro.simulation.setup import METHODS, Case, warn
 
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
@@ -20,6 +20,8 @@ T = TypeVar("T")
 
 _GROUPS_EACH = 2  # groups for each core, at least: they take different times
 _VECTOR = 8  # chains that an integrator advances in about the time of one
+MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
+_FEWEST = 10  # samples for r and <x_N>
 
 
 @dataclass(frozen=True)
@@ -127,6 +129,12 @@ def integrator_of(
     )
 
 
+def for_moments(members: Sequence[Case]) -> Sampling:
+    """When a group takes samples of x_N for r alone."""
+    time_step = members[0].time_step
+    return Sampling(max(1, round(MOMENTS_INTERVAL / time_step)), time_step)
+
+
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Report) -> None:
     """Advance a group by `duration`, and show every chunk of it to the observers."""
     start = integrator.time
@@ -134,3 +142,16 @@ def observe(integrator: Integrator, duration: float, observers: Sequence, report
         for observer in observers:
             observer.observe(chunk)
         report((chunk.end - start) / duration)
+
+
+def moments_of(moments: LengthMoments, chains: Integrator) -> dict[str, np.ndarray]:
+    """Moments of the length (W,) of chains; r and <x_N> are NaN, warned, of too few samples."""
+    lengths = moments.result(chains.parameters[0].rest_positions[-1])
+    if moments.count < _FEWEST:
+        warn(
+            f"r and <x_N> are NaN: the {chains.time - moments.start:g} of model time over which "
+            f"they are to be found hold {moments.count} samples, at least {_FEWEST} are needed"
+        )
+        nothing = np.full_like(lengths["mean_length"], np.nan)
+        lengths |= {"mean_length": nothing, "disorder_parameter": nothing}
+    return lengths

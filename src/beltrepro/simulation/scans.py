@@ -13,10 +13,9 @@ from beltrepro.observe.crossings import SectionValues
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
-from beltrepro.simulation.groups import Group, Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.sampling import moments_of
 from beltrepro.simulation.setup import (
     Chains,
     PerChain,
