@@ -96,7 +96,7 @@ class Kind:
         for step in {point.time_step for point in points if point.method == "verlet"}:
             if abs(round(interval / step) * step - interval) > 1e-9 * interval:
                 text = f"= {interval:g}: method verlet needs a multiple of time_step = {step:g}"
-                yield "sample_interval", text  # as in simulation/sampling
+                yield "sample_interval", text  # as in simulation/trajectories
 
 
 def _array(row: str) -> Array:
