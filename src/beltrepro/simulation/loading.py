@@ -30,7 +30,9 @@ class LoadingWatch:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
         cases, end = group.cases, group.start + self._duration
         history = LengthHistory(len(cases), group.start + self._transient, end)
-        loaded = self._transient >= _SURELY * max(map(_loading_time, cases))
+        loaded = all(
+            case.state.time + self._transient >= _SURELY * _loading_time(case) for case in cases
+        )
         watching = observers if loaded else (*observers, history)
         observe(chains, self._duration, watching, group.report)
         if history.count.any():
@@ -58,7 +60,7 @@ class LoadingWatch:
     def _needed(self, case: Case, length: float) -> float:
         """A transient that leaves the loading of a run out, of two digits."""
         seen = self._transient + length if math.isfinite(length) else 0.0
-        time = _AMPLE * max(_loading_time(case), seen)
+        time = _AMPLE * max(_loading_time(case) - case.state.time, seen)
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
         return math.ceil(time / step) * step
 
@@ -66,13 +68,20 @@ class LoadingWatch:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
         slowest = 4 * case.parameters.n_blocks + 2  # period, less than 2 pi / (pi / (2N + 1))
         measured = self._duration - self._transient
-        return measured >= _PERIODS * slowest or self._transient < _loading_time(case)
+        left_out, loading = case.state.time + self._transient, _loading_time(case)
+        if case.state.time > 0:  # its motion may be as slow as that
+            slowest = max(slowest, loading)
+        return measured >= _PERIODS * slowest or left_out < loading
 
 
 def _loading_time(case: Case) -> float:
-    """Time in which the belt brings the last block to where springs and friction balance."""
+    """Time in which the belt brings the last block to where springs and friction balance.
+
+    From t = 0 on: a run that goes on from a later state is not taken to begin anew.
+    """
     chain = case.parameters
-    return (balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
+    begun = chain.rest_positions if case.state.time else case.state.positions
+    return (balance_length(chain) - begun[-1]) / chain.belt_velocity
 
 
 class Moments(NamedTuple):
