@@ -69,6 +69,19 @@ def _add_moments(values, count, shift, mean, squares, low, high):
         mean[lane] += shift[lane] * rows / count
 
 
+class Reach:
+    """From where to where the first of the sampled blocks moves, over the samples from `start`."""
+
+    def __init__(self, width: int, start: float) -> None:
+        self._start = start
+        self.low, self.high = np.full(width, np.inf), np.full(width, -np.inf)
+
+    def observe(self, chunk: Chunk) -> None:
+        values = chunk.displacement[np.searchsorted(chunk.time, self._start) :, 0]
+        self.low = np.minimum(self.low, values.min(axis=0, initial=np.inf))
+        self.high = np.maximum(self.high, values.max(axis=0, initial=-np.inf))
+
+
 # Length of the first bin, model time, and of each over that before it: loading may end anywhere.
 FIRST, GROWTH = 1.0, 1.15
 

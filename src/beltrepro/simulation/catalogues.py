@@ -11,7 +11,9 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
+from beltrepro.engine.state import ChainState
 from beltrepro.observe.crossings import ReturnLog
+from beltrepro.observe.length import Reach
 from beltrepro.observe.slips import EventLog, slips_and_avalanches
 from beltrepro.simulation.groups import Group, Report, in_groups, integrator_of, of_each
 from beltrepro.simulation.loading import LoadingWatch
@@ -21,15 +23,16 @@ from beltrepro.simulation.setup import (
     check_lengths,
     section_positions,
     setup_of,
+    warn,
     with_setup,
 )
-from beltrepro.simulation.tables import blocks, frame, html
+from beltrepro.simulation.tables import Arrays, blocks, frame
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-class Catalogue(dict[str, np.ndarray]):
+class Catalogue(Arrays):
     """Slips, avalanches and section points of P chains: a dict of structured arrays.
 
     In all of them `point` is the number of the chain. Model units, laboratory frame.
@@ -63,8 +66,6 @@ class Catalogue(dict[str, np.ndarray]):
             columns |= blocks("position", rows["positions"])
             columns |= blocks("velocity", rows["velocities"])
         return frame(columns)
-
-    _repr_html_ = html
 
 
 @with_setup
@@ -100,7 +101,8 @@ def catalogue(
     Catalogue
         A dict of structured arrays. slips, avalanches : those that start after the transient, see
         `beltrepro.observe.slips`. section : point, time, positions (N,), velocities (N,) of each
-        crossing after the transient, N that of the longest chain, NaN padded.
+        crossing after the transient, N that of the longest chain, NaN padded. A chain of which
+        there is none gets a warning that says what it did instead.
 
     Raises
     ------
@@ -121,7 +123,11 @@ def catalogue(
     record = partial(_recorded, sections, section_block, crossing, transient, loading)
     recorded = of_each(in_groups(made.cases, record, progress, workers=made.workers))
     loading.warn()
-    tables = map(np.concatenate, zip(*recorded, strict=True))
+    *parts, missing = zip(*recorded, strict=True)
+    if any(missing):
+        first, many = next(filter(None, missing)), sum(map(bool, missing))
+        warn(first if len(missing) == 1 else f"{many} of {len(missing)} chains: {first}")
+    tables = map(np.concatenate, parts)
     return Catalogue(zip(("slips", "avalanches", "section"), tables, strict=True))
 
 
@@ -132,14 +138,18 @@ def _recorded(
     transient: float,
     loading: LoadingWatch,
     group: Group,
-) -> list[tuple[np.ndarray, ...]]:
-    """Slips, avalanches and section points of each chain of a group."""
+) -> list[tuple[Any, ...]]:
+    """Slips, avalanches, section points of each chain of a group, and what it has none of."""
     chain, width, start = group.chain, len(group.cases), group.start + transient
     section = Section(section_block or chain.n_blocks, sections[group.indices])
     events, crossings = EventLog(width, chain.rest_positions), ReturnLog(width)
-    loading.observe(group, integrator_of(group.cases, section=section), events, crossings)
+    reach, sampled = Reach(width, start), chain.n_blocks + 1 - section.block
+    chains = integrator_of(group.cases, section=section, sampled_blocks=sampled)
+    loading.observe(group, chains, events, crossings, reach)
+    low, high = (end + chain.rest_positions[section.block - 1] for end in (reach.low, reach.high))
+    since, ends = np.maximum(crossings.last_event, group.start), chains.state()
     law = law_constants(chain)
-    tables: list[tuple[np.ndarray, ...]] = []
+    tables: list[tuple[Any, ...]] = []
     for lane, (number, case) in enumerate(zip(group.indices, group.cases, strict=True)):
         times, states, _ = crossings.returns(lane)
         late = times >= start
@@ -150,5 +160,20 @@ def _recorded(
         points["positions"][:, : chain.n_blocks] = positions + chain.rest_positions
         points["velocities"][:, : chain.n_blocks] = velocities + case.parameters.belt_velocity
         slips = slips_and_avalanches(events.events(lane), number, case.state, law, start)
-        tables.append((*slips, points))
+        none = []
+        if not len(slips[0]):
+            doing = _doing(ends[lane])
+            none.append(f"no slip begins and ends: {doing} from t = {since[lane]:g} on")
+        if not len(points) and np.isfinite(low[lane]):
+            way, level = f"{low[lane]:.6g} to {high[lane]:.6g}", section.positions[lane]
+            none.append(f"x_{section.block} runs from {way}, never down through {level:g}")
+        about = f"{case.parameters.describe()}: {'; '.join(none)}" if none else ""
+        tables.append((*slips, points, about))
     return tables
+
+
+def _doing(state: ChainState) -> str:
+    """What the blocks of a chain do."""
+    slipping, n_blocks = int(np.count_nonzero(state.directions)), len(state.directions)
+    some = f"{slipping} of {n_blocks} blocks slip"
+    return {n_blocks: "all blocks slip", 0: "all blocks stick"}.get(slipping, some)

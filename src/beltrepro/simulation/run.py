@@ -164,7 +164,7 @@ class Run(Tabled):
 
     @names.checked
     def save(self, path: str | Path) -> None:
-        """Write the run to an HDF5 file, from which `load` makes an equal one.
+        """Write the run to an HDF5 file, over one that is there; `load` makes an equal run of it.
 
         Parameters
         ----------

@@ -23,6 +23,7 @@ from beltrepro.simulation.setup import (
     check_lengths,
     section_positions,
     setup_of,
+    warn,
     with_setup,
 )
 
@@ -88,6 +89,9 @@ def scan(
     measure = partial(_scanned, sections, loading, **settings)
     results = gathered("scan", made, measure, progress, duration=duration, **settings)
     loading.warn()
+    if section_position is not None and not results["section_count"].any():
+        low, high = results["minimum_length"].min(), results["maximum_length"].max()
+        warn(f"no chain comes down through section_position: x_N runs from {low:g} to {high:g}")
     return results
 
 
