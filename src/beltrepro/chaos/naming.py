@@ -17,7 +17,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.spring import section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
@@ -110,14 +110,9 @@ def classify(
 
 
 def _judged(
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-    *,
-    duration: float,
-    transient: float,
-    noise_clock: str,
+    group: Group, *, duration: float, transient: float, noise_clock: str
 ) -> dict[str, np.ndarray]:
+    members, report = group.cases, group.report
     observed, share = duration - transient, transient / duration
     chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
     half = chains.time + (1 - _END) * observed
@@ -125,7 +120,7 @@ def _judged(
     growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
-    lengths = moments.result(members[0].parameters.rest_positions[-1])
+    lengths = moments.result(group.chain.rest_positions[-1])
     rows = []
     for lane, case in enumerate(members):
         times, states, slips = log.returns(lane)

@@ -342,9 +342,9 @@ def _once_around(
 ) -> tuple[ChainState, np.ndarray]:
     """The state after a period, and the tangent map (D, D) in the coordinates."""
     free = _free(start)
-    settings = {"time_step": _TIME_STEP, "sampling": NO_SAMPLES, "sampled_blocks": 1}
-    settings |= exact_case(start, tolerance).accuracy
-    chain = TangentIntegrator([start], n_vectors=len(free), **settings)
+    settings: dict = {"sampling": NO_SAMPLES, "sampled_blocks": 1, "n_vectors": len(free)}
+    settings |= exact_case(start, tolerance).numerics
+    chain = TangentIntegrator([start], **settings)
     chain.set_deviations(np.eye(2 * chain.n_blocks)[None, :, free])
     observe(chain, period_time, [], lambda done: None)
     return chain.state()[0], chain.deviations()[0][free]

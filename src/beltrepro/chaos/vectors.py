@@ -80,11 +80,10 @@ def with_vectors(
     chains = INTEGRATORS[noise_clock](
         before.state(),
         n_vectors=n_vectors,
-        time_step=members[0].time_step,
         sampling=sampling,
         sampled_blocks=1,
         section=section,
-        **members[0].accuracy,
+        **members[0].numerics,
     )
     vectors, states = chains.deviations(), 2 * chains.n_blocks
     random = np.random.default_rng(chains.n_blocks).standard_normal((states, n_vectors))
