@@ -238,8 +238,8 @@ class _Course(NamedTuple):
 
     def follow(self, state: ChainState, duration: float) -> tuple[ChainState, words.Word]:
         """The state after some time, and what happens on the way."""
-        run = periodic_orbits.follow(state, duration, self.tolerance)
-        return run.final_state, words.symbols(run.events)
+        after, events = periodic_orbits.follow(state, duration, self.tolerance)
+        return after, words.symbols(events)
 
     def point(self, orbit: PeriodicOrbit) -> _Point:
         """An orbit with its word."""

@@ -71,10 +71,8 @@ def time_to_orbit(
         Model time after which a run is given up.
     closed : float
         Distance of two states that count as one, as a share of the largest coordinate.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`. Exponents are measured with "event" only.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`. Exponents are measured with "event" only.
 
     Returns
     -------
@@ -243,7 +241,8 @@ def _integrator(members: list[_Run]) -> Integrator:
     section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
     if not members[0].followed:
         return integrator_of(cases, section=section)
-    chains = vectors.with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
+    states = [case.state for case in cases]
+    chains = vectors.with_vectors(states, cases[0], 1, for_moments(cases), section)
     deviations = [run.deviation for run in members if run.deviation is not None]
     if deviations:
         chains.set_deviations(np.stack(deviations))

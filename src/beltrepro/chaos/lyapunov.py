@@ -121,10 +121,8 @@ def lyapunov_spectrum(
     noise_clock : str
         When noise is the same for two chains: "rest", at the same time since the last rest of the
         whole chain, as in `event`; or "laboratory", at the same time.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`; the method must be "event", the only one with a tangent dynamics.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`; the method must be "event", the only one with a tangent dynamics.
 
     Returns
     -------
@@ -195,7 +193,7 @@ def _growth(
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
         observe(before, alone, [], vectors.part(report, 0, alone / duration))
-    chains = vectors.with_vectors(before, members, size, noise_clock=noise_clock)
+    chains = vectors.with_vectors(before.state(), members[0], size, noise_clock=noise_clock)
     if transient > 0:
         grow(chains, transient - alone, [], lambda done: None)
     stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))

@@ -82,10 +82,8 @@ def classify(
         twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`; the method must be "event", the only one with a tangent dynamics.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`; the method must be "event", the only one with a tangent dynamics.
 
     Returns
     -------
@@ -168,7 +166,8 @@ def _after(
         mean = lengths.result(chain.rest_positions[-1])["mean_length"]
         positions = np.where(np.isfinite(mean), mean, positions)
     section = Section(chain.n_blocks, positions)
-    return vectors.with_vectors(before, members, _VECTORS, _SAMPLES, section, noise_clock)
+    settings = _VECTORS, _SAMPLES, section, noise_clock
+    return vectors.with_vectors(before.state(), members[0], *settings)
 
 
 def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:
