@@ -109,34 +109,13 @@ def test_criteria(changes, expected):
 # --- chains ---
 
 
-def test_two_blocks_have_a_short_period():
-    motion = classify(ChainParameters(2, 5.0), duration=4000, transient=2000)
-    assert (motion.state, motion.period_events) == (PERIODIC, 3)
-    assert motion.period_time == pytest.approx(29.2705, abs=1e-4)
-    assert abs(motion.largest_exponent) < 3 * motion.standard_error
-
-
 def test_five_blocks_end_on_one_of_two_periods():
-    """Each run goes on by itself for one period, and comes back to where it was."""
-    chain = ChainParameters(5, 16.0)
     start = {"duration": 60000.0, "replicate": range(8), "initial_spread": 1.0}
-    motions = classify([chain] * 8, transient=50000.0, **start)
-    runs = simulate([chain] * 8, sample_interval=None, **start)
+    motions = classify([ChainParameters(5, 16.0)] * 8, transient=50000.0, **start)
     periods = set(zip(motions["period_time"].round(3), motions["period_events"], strict=True))
     assert set(motions["state"]) == {PERIODIC}
-    assert periods <= {(41.047, 18), (105.962, 57)}
-    assert (41.047, 18) in periods
+    assert (41.047, 18) in periods <= {(41.047, 18), (105.962, 57)}
     assert np.all(np.abs(motions["largest_exponent"]) < 3 * motions["standard_error"])
-    for run, period, slips in zip(
-        runs, motions["period_time"], motions["period_events"], strict=True
-    ):
-        goes_on = {"initial_state": run.final_state, "sample_interval": None, "method": "event"}
-        later = simulate(chain, duration=float(period), **goes_on)
-        moved = np.abs(later.final_state.positions - run.final_state.positions).max()
-        assert moved < 1e-6
-        assert np.sum(later.events["kind"] == "slip") == slips
-        half = simulate(chain, duration=float(period) / 2, **goes_on)
-        assert np.abs(half.final_state.positions - run.final_state.positions).max() > 1.0
 
 
 @pytest.mark.parametrize("chain", [ChainParameters(4, 12.0), ChainParameters(7, 10.0)])

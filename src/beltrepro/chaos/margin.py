@@ -60,8 +60,13 @@ def _lost(track: Track, starts: Sequence[Slip], size: float, periods: int) -> bo
             displacements[block] += change
             cases.append(exact_case(replace(state, displacements=displacements)))
             begun.append(time)
-    left = track.left(cases, begun, periods * track.orbit.period_time)
-    return bool(np.isfinite(left).any())
+    duration = periods * track.orbit.period_time
+    for first in range(0, len(cases), GROUP_SIZE):
+        log = _returns(cases[first : first + GROUP_SIZE], track.length, duration)
+        for lane, begin in enumerate(begun[first : first + GROUP_SIZE]):
+            if np.isfinite(track.left(log.returns(lane), begin, duration)):
+                return True
+    return False
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,17 +87,8 @@ class Track:
         times, states, _ = log.returns(0)
         return cls(orbit, length, times, states)
 
-    def left(self, cases: Sequence[Case], begun: Sequence[float], duration: float) -> np.ndarray:
-        """When runs (W,) that begin at instants of its first period leave it; inf: never."""
-        times = [
-            self._first_away(log.returns(lane), begin, duration)
-            for first in range(0, len(cases), GROUP_SIZE)
-            for log in [_returns(cases[first : first + GROUP_SIZE], self.length, duration)]
-            for lane, begin in enumerate(begun[first : first + GROUP_SIZE])
-        ]
-        return np.array(times)
-
-    def _first_away(self, returns: tuple, begin: float, duration: float) -> float:
+    def left(self, returns: tuple, begin: float, duration: float) -> float:
+        """When a run that begins at an instant of the first period leaves it; inf: never."""
         times, states, _ = returns
         order = np.searchsorted(self.times, begin) + np.arange(len(times))
         away = np.abs(states - self.states[order % len(self.times)]).max(axis=1)
