@@ -7,12 +7,7 @@ import pytest
 from scipy import stats
 
 from advancing import sliding
-from beltrepro import (
-    ChainParameters,
-    ChainState,
-    Setup,
-    lyapunov_spectrum,
-)
+from beltrepro import ChainParameters, ChainState, Setup, lyapunov_spectrum
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.lyapunov import _mean_of_runs
 from beltrepro.chaos.vectors import (
