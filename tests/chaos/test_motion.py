@@ -1,9 +1,22 @@
 """Names of motions: maps and flows whose motion is known, and chains followed by `simulate`."""
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, classify, periodic_orbit, simulate
+from advancing import sliding
+from beltrepro import (
+    ChainParameters,
+    Grid,
+    basins,
+    classify,
+    lyapunov_spectrum,
+    periodic_orbit,
+    simulate,
+    time_to_orbit,
+)
 from beltrepro.chaos.vectors import slopes, standard_errors
 from beltrepro.stats.motion import (
     CHAOTIC,
@@ -25,7 +38,7 @@ def named(states, growth, **settings):
     count = len(states)
     closed = find_recurrence(states, np.arange(count)) is not None
     settings |= {"exponents": exponents, "standard_error": errors, "time": count, "returns": count}
-    return name_motion(turns=True, closed=closed, n_trivial=0, **settings), exponents, errors
+    return name_motion(slides=False, closed=closed, n_trivial=0, **settings), exponents, errors
 
 
 def logistic(rate, noise=None, skip=1000, **settings):
@@ -71,7 +84,7 @@ def test_circle_map(rotation, expected):
     assert named(np.array(states), np.array(growth))[0] == expected
 
 
-COMMON = {"turns": True, "closed": False, "standard_error": [1e-5, 1e-5], "time": 1e6}
+COMMON = {"slides": False, "closed": False, "standard_error": [1e-5, 1e-5], "time": 1e6}
 
 
 @pytest.mark.parametrize(
@@ -84,7 +97,7 @@ COMMON = {"turns": True, "closed": False, "standard_error": [1e-5, 1e-5], "time"
         ({"exponents": [0.002, 0.0], "time": 1000.0, "returns": 50}, TRANSIENT),
         ({"exponents": [0.01, 0.0], "standard_error": [0.004, 0.004]}, TRANSIENT),
         ({"exponents": [0.01, 0.0], "closed": True}, PERIODIC),
-        ({"exponents": [0.01, 0.0], "turns": False}, EQUILIBRIUM),
+        ({"exponents": [0.01, 0.0], "slides": True}, EQUILIBRIUM),
         ({"exponents": [0.01, 0.0], "noisy": True}, CHAOTIC),
         ({"exponents": [-0.01, -0.02], "noisy": True}, NOISE_DRIVEN),
         ({"exponents": [0.0, -0.02], "noisy": True}, NOISE_DRIVEN),
@@ -149,3 +162,59 @@ def test_the_clock_of_the_noise_is_told_to_the_vectors():
     )
     apart = laboratory - rest
     assert apart.mean() > 3 * apart.std(ddof=1) / np.sqrt(apart.size)
+
+
+# --- where nothing happens ---
+
+
+def advised(called, chains, **settings):
+    """What comes of a call on chains that wait for a slip, and with the lengths it advises."""
+    with pytest.warns(UserWarning, match="no block slips or sticks in the second half") as caught:
+        waiting = called(chains, **settings)
+    text = str(caught.pop().message)
+    advice = {name: float(value) for name, value in re.findall(r"(transient|duration)=(\d+)", text)}
+    with warnings.catch_warnings(action="error"):
+        return waiting, called(chains, **settings | advice)
+
+
+@pytest.mark.parametrize("chain", [ChainParameters(1, 0.1), ChainParameters(2, 0.05)])
+def test_a_chain_that_loads_has_no_name_and_no_exponent(chain):
+    lengths = {"duration": 600.0, "transient": 100.0}
+    motion, later = advised(classify, chain, **lengths)
+    assert motion.state == TRANSIENT and np.isfinite(later.largest_exponent)
+    assert np.isnan([motion.largest_exponent, motion.standard_error, motion.period_time]).all()
+    spectrum, later = advised(lyapunov_spectrum, chain, **lengths)
+    assert np.isnan([*spectrum.exponents, *spectrum.standard_error]).all()
+    assert (spectrum.trivial, spectrum.erased) == (None, 0)
+    assert (later.trivial, later.erased) == (0, chain.n_blocks)
+
+
+def test_a_rest_between_slips_is_no_equilibrium():
+    chain, how = ChainParameters(5, 0.05), {"sample_interval": None, "transient": 9600.0}
+    run = simulate(chain, duration=16000.0, **how)
+    gaps = np.diff(run.events["time"])
+    begin = float(run.events["time"][np.argmax(gaps * (run.events["time"][:-1] > 9600.0))])
+    start = simulate(chain, duration=begin + 1.0, **how).final_state
+    motion, later = advised(classify, [chain], duration=400.0, transient=0.0, initial_state=start)
+    assert motion["state"] == [TRANSIENT] and np.isnan(motion["largest_exponent"])
+    assert np.isfinite(later["largest_exponent"])
+
+
+def test_what_has_not_moved_has_not_settled():
+    grid = Grid(1, [0.1], replicates=4)
+    waiting, later = advised(basins, grid, duration=600.0, initial_spread=1.0)
+    assert [one.state for one in waiting.attractors] == ["irregular"]
+    assert not waiting.runs["settled"].any() and np.all(waiting.runs["lifetime"] == 600.0)
+    assert np.isnan(waiting.runs["irregular_exponent"]).all()
+    assert [(one.state, one.reached_by) for one in later.attractors] == [(PERIODIC, 4)]
+
+
+@pytest.mark.filterwarnings("ignore:no block slips")
+def test_one_slip_of_all_blocks_is_no_equilibrium():
+    """Ten periods of the slowest mode are needed, each of 11.4."""
+    chain = ChainParameters(3, 60.0)
+    start = {"transient": 0.0, "initial_state": sliding(chain, np.array([0.5, -1.0, 1.5]))}
+    for duration, state in (10.0, TRANSIENT), (110.0, TRANSIENT), (120.0, EQUILIBRIUM):
+        assert classify(chain, duration=duration, **start).state == state
+        settled = time_to_orbit(chain, duration=duration, initial_state=start["initial_state"])
+        assert settled["settled"].tolist() == [state == EQUILIBRIUM]

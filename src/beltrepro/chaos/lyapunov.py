@@ -11,6 +11,7 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
+from beltrepro.chaos.naming import warn_of_rests
 from beltrepro.chaos.vectors import REST, end_errors, grow, slopes, standard_errors
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
@@ -129,7 +130,7 @@ def lyapunov_spectrum(
     LyapunovSpectrum or Results
         Of one chain its spectrum; of several the same by name, each from its one run: exponents and
         standard_error (P, K), NaN for those that a shorter chain lacks, most_stuck (P,), growth
-        (P, T, K) and interval ().
+        (P, T, K) and interval (). NaN too of a run without any slip or stick in which not all slip.
 
     Raises
     ------
@@ -153,6 +154,7 @@ def lyapunov_spectrum(
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_growth, count=count, **settings)
     spectra = gathered("exponents", made, measure, progress, **settings)
+    warn_of_rests(made.cases, spectra.pop("rests"), transient)
     growth = spectra["growth"]
     order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
     growth = np.take_along_axis(growth, order[:, None], axis=2)
@@ -200,4 +202,7 @@ def _growth(
     report = vectors.part(report, transient / duration, 1)
     growth = grow(chains, duration - transient, [stuck], report)
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
-    return {"most_stuck": stuck.most, "growth": np.where(erased[:, None], -np.inf, growth)}
+    growth = np.where(erased[:, None], -np.inf, growth)
+    rests = (stuck.events == 0) & (stuck.most > 0)
+    growth[rests] = np.nan
+    return {"most_stuck": stuck.most, "growth": growth, "rests": rests}

@@ -149,19 +149,22 @@ def classify(options: argparse.Namespace) -> None:
     the range. Only event has all this. Several motions can coexist: with an initial spread another
     replicate or seed starts elsewhere.
     """
+    from beltrepro.simulation.setup import TOLERANCES  # loads numba
+
     chain = shared.chain_of(options)
     settings = shared.settings_of(options) | shared.values(options, "initial_spread")
     progress = shared.progress_of(chain.describe())
+    used = settings | {"tolerance": options.tolerance or TOLERANCES["event"]}
     if options.lower is not None or options.upper is not None:
         orbit = beltrepro.periodic_orbit(chain, **settings, progress=progress)
-        _follow(orbit, settings, options)
+        _follow(orbit, used, options)
         return
     for name in ("step", "unstable"):
         if getattr(options, name):
             raise InputError(f"{name}: only a branch has one, give --lower and --upper too")
     motion = beltrepro.classify(chain, **settings, progress=progress)
     measured = {name: value for name, value in vars(motion).items() if name != "parameters"}
-    shared.print_result(settings | measured, options.json, chain)
+    shared.print_result(used | measured, options.json, chain)
 
 
 def _follow(orbit: Any, settings: dict[str, Any], options: argparse.Namespace) -> None:
