@@ -193,9 +193,13 @@ def one_state(monkeypatch=None, *, last_stick=1e9, share=0.0, count=0, velocitie
 
 def test_states_at_the_edges_of_their_criteria(monkeypatch):
     cycle, wandering = np.tile([1.0, 2.0], 30), 100 * RNG(11).random(60)
-    assert one_state(last_stick=np.nan) == one_state(last_stick=100.0) == states.CONTINUOUS
-    assert one_state(last_stick=100.1, velocities=cycle) == states.TRANSIENT
-    assert one_state(last_stick=199.9, velocities=cycle) == states.TRANSIENT
+    for last_stick, label in (
+        *((np.nan, states.CONTINUOUS), (100.0, states.CONTINUOUS)),
+        *((100.1, states.TRANSIENT), (199.9, states.TRANSIENT)),
+    ):
+        assert one_state(last_stick=last_stick, share=0.01, velocities=cycle) == label
+        # it has not stuck again, and has not slipped for long either: it rides on the belt
+        assert one_state(last_stick=last_stick, velocities=cycle) == states.UNDECIDED
     assert one_state(last_stick=200.0, velocities=cycle) == states.PERIODIC
     assert one_state(share=0.5, count=2, velocities=cycle) == states.INTERMITTENT
     assert one_state(share=0.5, count=1, velocities=cycle) == states.PERIODIC

@@ -125,7 +125,7 @@ def _followed(loading: LoadingWatch, settings: dict[str, Any], group: Group) -> 
             disorder_parameter=float(length["disorder_parameter"][lane]),
             mean_length=float(length["mean_length"][lane]),
             energy_residual=float(residual[lane]),
-            events=_event_records(events.events(lane)),
+            events=event_records(events.events(lane)),
             **samples.of(lane),
             **settings,
         )
@@ -133,7 +133,7 @@ def _followed(loading: LoadingWatch, settings: dict[str, Any], group: Group) -> 
     ]
 
 
-def _event_records(rows: np.ndarray) -> np.ndarray:
+def event_records(rows: np.ndarray) -> np.ndarray:
     """Events of one chain as records."""
     events = np.empty(len(rows), dtype=EVENT)
     events["time"] = rows[:, records.EVENT_TIME]
