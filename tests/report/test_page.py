@@ -368,7 +368,7 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path):
     names = ("experiment_odds", "alternation")
     shares = tables["alternation"]
     first, second, *_ = shares.index[(shares["noise"] == 1) & (shares["friction_ratio"] == 0.45)]
-    shares.loc[[first, second], "share"] = 0.5, 0.49
+    shares.loc[[first, second], "alternating"] = 8, 7  # of 16
     section = part(written_with(tmp_path, **{name: tables[name] for name in names}), "trials")
     said, table = words(section), cells(section)
     assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
