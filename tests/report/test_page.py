@@ -403,6 +403,7 @@ def test_the_section_on_the_integrators_has_each_comparison(tmp_path):
     base |= {"n_tested": 31, "n_reference": 32, "mean_tested": 0.1234, "mean_reference": 0.4321}
     base |= {"error_tested": 0.01, "error_reference": 0.02, "z": -1.75, "p": 0.25}
     base |= {"corrected_p": 0.75, "distance": 0.034, "tested": "verlet", "reference": "event"}
+    base |= {"test": "KS"}
     comparisons = pd.DataFrame([
         base | {"part": "disorder", "quantity": "disorder parameter r", "belt_velocity": 14.0,
                 "z": None, "p": 1e-13, "verdict": "agree"},
@@ -412,23 +413,17 @@ def test_the_section_on_the_integrators_has_each_comparison(tmp_path):
               (7.0, 0.001, 0.001, "differ"), (13.0, 0.001, 0.001, "agree"),
               (7.0, 1.0, 0.001, "agree"), (7.0, 0.001, 0.002, "differ"))),
     ])  # fmt: skip
-    families = pd.DataFrame([{
-        "part": "disorder", "quantity": "disorder parameter r", "time_step": None,
-        "initial_spread": None, "runs": 32, "points": 11, "agree": 6, "differ by less than 1 %": 3,
-        "differ": 2, "not measured": 0, "test": "Kolmogorov-Smirnov", "smallest_p": 0.004,
-    }])  # fmt: skip
     runs = {"duration": 1000.0, "transient": 400.0, "replicate": list(range(32))}
     datasets = dict.fromkeys((name for _, name in integrators.PARTS.values()), runs)
     settings = pages.SETTINGS | {"datasets": pages.SETTINGS["datasets"] | datasets}
-    tables = {"agreement": comparisons, "families": families}
-    section = part(written_with(tmp_path, settings=settings, **tables), "integrators")
+    section = part(written_with(tmp_path, settings=settings, agreement=comparisons), "integrators")
     rows = cells(section)
-    assert rows[1] == ["With noise", "disorder parameter r Kolmogorov-Smirnov", "", "32",
-                       "agree: 6 differ by less than 1 %: 3 differ: 2", "0.004"]  # fmt: skip
+    assert rows[1] == ["With noise", "disorder parameter r KS", "", "32", "agree: 1", "0.75"]
+    assert rows[2][2:5] == ["dt = 0.001, initial spread 0.001", "32", "agree: 1 differ: 1"]
     values = ["31, 32", "0.1234 ± 0.01", "0.4321 ± 0.02"]
-    assert rows[3] == ["disorder parameter r", "5", "14", "0", "", *values, "", "< 1e-12", "0.75",
+    assert rows[6] == ["disorder parameter r", "5", "14", "0", "", *values, "", "< 1e-12", "0.75",
                        "3.4 %", "agree"]  # fmt: skip
-    assert rows[4] == [at_the_end, "5", "7", "0", "dt = 0.001, initial spread 0.001", *values,
+    assert rows[7] == [at_the_end, "5", "7", "0", "dt = 0.001, initial spread 0.001", *values,
                        "-1.8", "0.25", "0.75", "3.4 %", "differ"]  # fmt: skip
     # at the step of the run, from both kinds of starts
     assert (
