@@ -51,7 +51,6 @@ def threshold(evidence):
 
 
 def _errors(evidence, name):
-    """Errors in stretches of a film."""
     track, true, interval = _filmed(evidence, name)
     rows = []
     for part in np.array_split(np.arange(len(track.time_s)), STRETCHES):
@@ -80,7 +79,6 @@ def _disorder(position):
 
 
 def _lost_frames(track):
-    """Number of frames in which the block was not found."""
     interval = np.median(np.diff(track.time_s))
     return sum(round((end - begin) / interval) + 1 for begin, end in track.lost_s)
 

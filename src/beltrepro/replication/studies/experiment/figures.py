@@ -114,7 +114,6 @@ def _page(height, layout, **how):
 
 
 def speed(run):
-    """Belt speed and noise of a run in words."""
     velocity = run.attributes["belt_velocity"]
     return (
         rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s = {velocity:.2f}, "
@@ -368,7 +367,7 @@ def fig05(data):
 
 # --- Not in the paper: what trials of its length say about the recordings of the experiment -------
 
-_LINES = 4  # most friction ratios shown as lines
+_LINES = 4  # most friction ratios that are shown: the printed one, and larger ones
 _SPEED_COLOURS = (style.BLUE, style.VERMILION)
 
 
@@ -403,7 +402,10 @@ def _draw_alternation(axes, table):
     """Share of alternating trials of all noises against u, a line for each friction ratio."""
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
     counts = table.groupby(["friction_ratio", "belt_velocity"])[["alternating", "runs"]].sum()
-    for index, ratio in enumerate(_shown(table["friction_ratio"].unique())):
+    ratios = np.unique(table["friction_ratio"])
+    ratios = ratios[ratios > measure.FRICTION_RATIO - 1e-9]
+    shown = np.unique(np.linspace(0, ratios.size - 1, _LINES).round().astype(int))
+    for index, ratio in enumerate(ratios[shown]):
         velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
         middle, low, high = np.transpose([estimates.share(*row).numbers for row in rows])
         look = style.line_style(index) | {"label": f"{ratio:g}", "markersize": 3}
@@ -411,9 +413,3 @@ def _draw_alternation(axes, table):
     for observation, colour in zip(measure.EXPERIMENT, _SPEED_COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="lower right", title="$f_s$", handlelength=1.8)
-
-
-def _shown(ratios):
-    """The printed friction ratio and the larger ones, at most some, evenly spread."""
-    larger = np.sort(ratios[ratios > measure.FRICTION_RATIO - 1e-9])
-    return larger[np.unique(np.linspace(0, larger.size - 1, _LINES).round().astype(int))]

@@ -54,7 +54,6 @@ class Observation:
 
     @property
     def belt_velocity(self) -> float:
-        """Speed of the belt in model units."""
         return from_si(self.speed_m_s, "velocity")
 
 
@@ -84,7 +83,6 @@ def agrees(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.nda
 
 
 def at_speed(speed_m_s: float, runs: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which runs have this speed of the belt."""
     velocity = from_si(speed_m_s, "velocity")
     return np.isclose(runs["belt_velocity"], velocity, rtol=ALIKE, atol=0)
 
@@ -228,7 +226,6 @@ def of_recordings(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
 
 
 def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    """Numbers of the sentences on trials, and rows of tables."""
     odds, free = (tables[name] for name in TRIALS_TOLD_BY)
     together = odds[odds["noise"].isna()]
     return {

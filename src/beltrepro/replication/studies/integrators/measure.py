@@ -259,7 +259,6 @@ def holm(p) -> np.ndarray:
 
 
 def verdict(corrected_p: float, distance: float) -> str:
-    """What a comparison says in a word."""
     if not np.isfinite(corrected_p):
         return UNKNOWN
     if corrected_p >= LEVEL:
@@ -279,7 +278,6 @@ SHOWN = (DISORDER, STILL_STICKING, FINAL_DISORDER)
 
 
 def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    """Rows of tables, and the numbers of the sentences on what no row can tell."""
     comparisons = tables["agreement"]
     final = comparisons[comparisons["quantity"] == FINAL_DISORDER]
     final = final[np.isclose(final["time_step"], settings["defaults"]["time_step"])]

@@ -58,7 +58,6 @@ def fig13(data):
 
 
 def _printed(axes):
-    """Critical velocities of the paper."""
     axes.set_ylim(top=1.15 * axes.get_ylim()[1])
     place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
     for velocity, words, side in (
@@ -140,15 +139,13 @@ def fig15(data):
 # --- Fig. 16: noise-induced intermittency ---------------------------------------------------------
 
 SHOWN = 60000.0  # length of the part of a series that is drawn
-VELOCITIES = (13.7, 24.3)  # shown in e
 
 
 @panels.draws(FIGURES)
 def fig16(data):
-    """a, b: x_N(t); c, d: spectra after the transient; e: share of laminar phases against u."""
-    scan = data["n5_replicates"]
-    laminar_time = scan.attributes["laminar_time"]
-    figure, (*traces, left, right, below) = panels.page(5.2, "aa;bb;cd;ee")
+    """a, b: x_N(t); c, d: spectra after the transient."""
+    laminar_time = data["n5_replicates"].attributes["laminar_time"]
+    figure, (*traces, left, right) = panels.page(4.2, "aa;bb;cd")
     for axes, spectrum, name in zip(traces, (left, right), ("u17", "u19"), strict=True):
         series = data[name]
         window = panels.half_laminar(series, laminar_time, SHOWN)
@@ -156,18 +153,7 @@ def fig16(data):
         axes.set_xlabel(panels.TIME)
         axes.locator_params(axis="x", nbins=5)
         panels.spectrum(spectrum, series)
-        velocity = series.attributes["belt_velocity"]
-        panels.remark(spectrum, f"$u = {velocity:g}$")
-        below.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
-    noise = data["u17"].attributes["noise"]
-    row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
-    share = row["belt_velocity"], row["laminar_fraction"]
-    panels.draw_runs(below, *share, 0, apart=np.inf)
-    below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
-    below.set_xlim(*VELOCITIES)
-    if not row["noise"].size:
-        panels.note(below, "no run at this noise")
-    panels.remark(below, rf"$\sigma = {noise:g}$")
+        panels.remark(spectrum, f"$u = {series.attributes['belt_velocity']:g}$")
     return figure
 
 
@@ -273,20 +259,12 @@ def fig18(data):
 
 
 def _dots(axes, points):
-    """White dots at the ends of the intermittent range at each noise, small ones between them."""
+    """A white dot at each intermittent point."""
     mask = states.intermittent_mask(points)
-    if not mask.any():
-        panels.remark(axes, "no point is intermittent")
-        return
-    panels.remark(axes, "white: motion alternates")
-    velocity, noise = points["belt_velocity"][mask], points["noise"][mask]
-    ends = np.zeros(velocity.size, dtype=bool)
-    for level in np.unique(noise):
-        here = velocity[noise == level]
-        ends |= (noise == level) & ((velocity == here.min()) | (velocity == here.max()))
-    look = {"color": "white", "markeredgecolor": "black", "clip_on": False}
-    axes.plot(velocity[~ends], noise[~ends], ".", markersize=1.2, color="white")
-    axes.plot(velocity[ends], noise[ends], "o", markersize=3.2, markeredgewidth=0.5, **look)
+    panels.remark(axes, "white: motion alternates" if mask.any() else "no point is intermittent")
+    look = {"color": "white", "markeredgecolor": "black", "markersize": 2.4}
+    place = points["belt_velocity"][mask], points["noise"][mask]
+    axes.plot(*place, "o", markeredgewidth=0.4, clip_on=False, **look)
 
 
 def _shares(axes, scan):
@@ -304,5 +282,3 @@ def _shares(axes, scan):
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
     panels.legend_above(axes)
-    if not noises:
-        panels.note(axes, "no run with five blocks")
