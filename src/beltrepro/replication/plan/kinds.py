@@ -95,7 +95,7 @@ class Kind(NamedTuple):
         for step in {point.time_step for point in points if point.method == "verlet"}:
             if abs(round(interval / step) * step - interval) > 1e-9 * interval:
                 needed = f"method verlet needs a multiple of time_step = {step:g}"
-                yield f"sample_interval = {interval:g}: {needed}"  # as in simulation/sampling
+                yield f"sample_interval = {interval:g}: {needed}"  # as in simulation/trajectories
 
 
 def _array(row: str) -> Array:
