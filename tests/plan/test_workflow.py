@@ -214,6 +214,20 @@ def test_a_wrong_call_is_one_line(tree, arguments, settings, words):
 
 
 @pytest.mark.thorough
+def test_a_path_that_is_no_text_is_one_line(tmp_path):
+    tree = copy_of_project(Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff")))
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--dry-run"],
+        **{"cwd": tree, "env": os.environ | {"PYTHONPATH": str(tree / "src")}},
+        **{"capture_output": True, "text": True},
+    )
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[1:] == [
+        f"error: {str(tree)!r}: the path of the project must be text in UTF-8"
+    ]
+
+
+@pytest.mark.thorough
 def test_a_failed_job_is_one_line_and_once_more_at_the_end(tree):
     """A batch is a folder, which no job can read."""
     batch = tree / "results" / "failing" / "batches" / "u20" / "0000.h5"
