@@ -23,7 +23,7 @@ LEFT = {
     "Audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
     "audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
     "bench": "`make bench` measures the integrators",
-    "branch": "`beltrepro classify --lower --upper` follows an orbit",
+    "branch": "in Python `orbit_branch` follows an orbit",
     "cache": "`make cache` compiles the integrators",
     "close_orbit": "`periodic_orbit` from a state near it, or `orbit_branch` gives the orbit",
     "finite_time": "means over stretches of `spectrum.growth` are the same",

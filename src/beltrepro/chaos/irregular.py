@@ -12,12 +12,11 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
-from beltrepro.chaos.naming import period_of
+from beltrepro.chaos.naming import period_of, slides, warn_of_rests
 from beltrepro.chaos.periodic_orbits import MOMENTS
 from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.model.friction import equivalent_displacement
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -63,9 +62,9 @@ def time_to_orbit(
 ) -> Results:
     """How long the motion of each of P chains is irregular before it settles, and on what orbit.
 
-    Each chain is advanced until no block sticks any more, or its state comes back. On the way to a
-    periodic orbit irregular motion is over when the order in which the blocks slip repeats from
-    then on: what follows is a smooth approach.
+    Each chain is advanced until all blocks slip and none sticks any more, or its state comes back.
+    On the way to a periodic orbit irregular motion is over when the order in which the blocks slip
+    repeats from then on: what follows is a smooth approach.
 
     Where noise or the steps of "verlet" disturb each slip, states come back only about. There all
     states of a sixth of the time so far must. A disturbed motion may leave its orbit later.
@@ -78,10 +77,8 @@ def time_to_orbit(
         Model time after which a run is given up.
     closed : float
         Distance of two states that count as one, as a share of the largest coordinate.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`. Exponents are measured with "event" only.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`. Exponents are measured with "event" only.
 
     Returns
     -------
@@ -119,6 +116,8 @@ def time_to_orbit(
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    rests = [run.last_event - run.start <= duration / 2 and not run.settled for run in runs]
+    warn_of_rests(made.cases, np.array(rests))
     settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
     return Results(columns(made) | table, settings)
 
@@ -172,9 +171,9 @@ class _Run:
         if closing and distances:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
-        if self.last_event <= middle or (closing and not events):
-            lifetime = max(self.last_event, self.start) - self.start
-            self.motion |= {"state": EQUILIBRIUM, "lifetime": lifetime}
+        last_event = max(self.last_event, self.start)
+        if slides(self.case.state, last_event, middle) or (closing and not events):
+            self.motion |= {"state": EQUILIBRIUM, "lifetime": last_event - self.start}
         elif closing and since <= middle:
             self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
 
@@ -191,7 +190,8 @@ class _Run:
         last = int(min(lifetime, len(rates) * INTERVAL) / INTERVAL)
         rates = rates[int(_ALIGNED / INTERVAL) : last][None]  # of the irregular motion
         time, exponent, error = rates.shape[1] * INTERVAL, np.nan, np.nan
-        if long_enough := time >= _SHORTEST:
+        moves = self.last_event - self.start > _ALIGNED
+        if long_enough := moves and time >= _SHORTEST:
             exponent, error = vectors.slopes(rates).item(), vectors.standard_errors(rates).item()
         return self.motion | {
             "return_state": np.pad(state, (0, width - state.size), constant_values=np.nan),
@@ -242,7 +242,8 @@ def _integrator(members: list[_Run]) -> Integrator:
     section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
     if not members[0].followed:
         return integrator_of(cases, section=section)
-    chains = vectors.with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
+    states = [case.state for case in cases]
+    chains = vectors.with_vectors(states, cases[0], 1, for_moments(cases), section)
     deviations = [run.deviation for run in members if run.deviation is not None]
     if deviations:
         chains.set_deviations(np.stack(deviations))
@@ -253,7 +254,8 @@ def disturbance(case: Case) -> float:
     """Standard deviation of displacements that disturb each slip as much as it is disturbed."""
     # what noise does during a slip is left out: less than at its start by about sqrt(dt)
     chain, exact = case.parameters, case.method == METHOD
-    steps = 0.0 if exact else equivalent_displacement(chain.belt_velocity, case.time_step)
+    # in the scheme one begins late by t, uniform over a step, and moves its block by 2 u t
+    steps = 0.0 if exact else chain.belt_velocity * case.time_step / math.sqrt(3.0)
     return math.hypot(steps, chain.noise)
 
 

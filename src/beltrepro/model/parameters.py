@@ -13,14 +13,13 @@ from beltrepro.base.checks import is_infinite, is_sequence, listed, shown, whole
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
 
-MAXIMUM_BLOCKS = 1_000_000  # a thousand chains of so many fill any memory
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
 LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
 
 _POSITIVE = {"gt": 0, "le": LARGEST}
 _NOT_NEGATIVE = {"ge": 0, "le": LARGEST}
 LIMITS: dict[str, dict[str, Any]] = {
-    "n_blocks": {"ge": 1, "le": MAXIMUM_BLOCKS},
+    "n_blocks": {"ge": 1, "le": 1_000_000},  # a thousand chains of so many fill any memory
     "belt_velocity": _POSITIVE,
     "noise": _NOT_NEGATIVE,
     "static_friction": _POSITIVE,

@@ -84,13 +84,14 @@ def _follow(events, event_count, limits, counts, slipping_since, last_stick_time
 
 
 class MostStuck:
-    """The largest number of blocks that were stuck at one time."""
+    """The largest number of blocks that were stuck at one time, and the number of events."""
 
     def __init__(self, n_stuck: np.ndarray) -> None:
         self._now = np.array(n_stuck)
-        self.most = self._now.copy()
+        self.most, self.events = self._now.copy(), np.zeros_like(self._now)
 
     def observe(self, chunk: Chunk) -> None:
+        self.events += chunk.event_count
         for lane, count in enumerate(chunk.event_count):
             events = chunk.events[lane, :count]
             changes = np.where(events[:, EVENT_SLIP] > 0, -1, 1)
