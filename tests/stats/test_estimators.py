@@ -36,26 +36,6 @@ def test_a_histogram_by_hand():
         histogram([0.0, -1])
 
 
-@pytest.mark.parametrize(
-    ("count", "ends"),
-    [
-        ((9, 99, 50, 30, 20, 9, 40), (1, 4)),
-        ((9, 99, 50, 30, 20, 10, 40), (1, 6)),
-        ((9, 99, 9, 30, 20, 10, 40), None),
-        ((10, 20, 30, 40, 50, 60, 999), None),
-    ],
-)
-def test_the_falling_range_at_its_edges(count, ends):
-    centre = 10.0 ** np.arange(7)
-    made = avalanches.Histogram(centre, np.ones(7), np.array([count]))
-    if ends is None:
-        with pytest.raises(NotEnoughDataError, match="holds 10 values"):
-            made.law(falling=True)
-    else:
-        law = made.law(falling=True)
-        assert (law.low, law.high) == pytest.approx(centre[list(ends)])
-
-
 def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
     rng, chain = RNG(3), np.repeat([0, 1, 2, 3, 4], [90, 200, 150, 400, 60])
     values = 20 * (1 - rng.random(chain.size) * (1 - 12**-0.8)) ** (-1 / 0.8)
