@@ -15,6 +15,7 @@ def main(arguments: list[str] | None = None) -> int:
         options = PARSER.parse_args(arguments)
         name = f"beltrepro {options.command.__name__}"
         with needing(name), warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("default", UserWarning)  # whatever PYTHONWARNINGS says
             if options.suffixes:
                 check_output(options.output, options.force, options.suffixes)
             status = options.command(options)
@@ -29,6 +30,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (InputError, ModelStateError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
+    except MemoryError as error:
+        print(f"error: too little memory: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
