@@ -16,7 +16,7 @@ SYMBOLS = {"N": "n_blocks", "u": "belt_velocity", "sigma": "noise", "dt": "time_
            "F_st0": "static_friction", "f_s": "friction_ratio", "l": "rest_length",
            "Delta_l_max": "linear_limit", "b_1": "compression_rate", "b_2": "extension_rate",
            "m": "mass", "k": "stiffness", "v_w": "weakening_velocity", "eta": "viscosity",
-           "t": "duration"}  # fmt: skip
+           "t": "duration", "r": "disorder_parameter"}  # fmt: skip
 
 # What left in version 2.0, and what does the same.
 LEFT = {

@@ -113,11 +113,15 @@ def classify(options: argparse.Namespace) -> None:
     this. Several motions can coexist: with an initial spread another replicate or seed starts
     elsewhere.
     """
+    from beltrepro.simulation.setup import TOLERANCES  # loads numba
+
     chain = shared.chain_of(options)
     settings = shared.settings_of(options) | shared.values(options, "initial_spread")
-    motion = beltrepro.classify(chain, **settings, progress=shared.progress_of(chain.describe()))
+    progress = shared.progress_of(chain.describe())
+    used = settings | {"tolerance": options.tolerance or TOLERANCES["event"]}
+    motion = beltrepro.classify(chain, **settings, progress=progress)
     measured = {name: value for name, value in vars(motion).items() if name != "parameters"}
-    shared.print_result(settings | measured, options.json, chain)
+    shared.print_result(used | measured, options.json, chain)
 
 
 @shared.command(

@@ -148,7 +148,7 @@ def field_option(setting: Field, words: str, kind: Any = None) -> tuple:
     return setting.name, kind or (int if is_whole else float), default, words
 
 
-def grid(text: str) -> tuple[float, ...]:
+def grid(text: str) -> list[float]:
     """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends."""
     numbers: list[float] = []
     try:
@@ -160,7 +160,7 @@ def grid(text: str) -> tuple[float, ...]:
     except (ValueError, TypeError):
         words = "a number, a list 1,2,5 or a range START:STOP:STEP is needed"
         raise argparse.ArgumentTypeError(f"{shown(text)}: {words}") from None
-    return tuple(numbers)
+    return numbers
 
 
 def values(options: Any, *names: str) -> dict[str, Any]:

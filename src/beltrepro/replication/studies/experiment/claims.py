@@ -72,7 +72,7 @@ def _errors(evidence, name):
 def _filmed(evidence, name):
     """Track of a film, the positions that were filmed, and the time between them, in SI."""
     true, interval = measure.filmed(evidence.dataset(name))
-    return evidence.track(name), true, interval
+    return evidence.dataset(f"{name}_track"), true, interval
 
 
 def _disorder(position):

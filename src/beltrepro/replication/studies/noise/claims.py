@@ -32,7 +32,7 @@ def _row(evidence, noise, quiet=RUNS):
 
 def _rows(evidence, quiet):
     """Rows of all noise levels, of which those of the statements are there."""
-    levels = map(float, evidence.values(RUNS, "noise"))
+    levels = np.unique(evidence.dataset(RUNS).arrays["noise"]).tolist()
     rows = {level: _row(evidence, level, quiet) for level in levels}
     require({0.0, 1.0, 2.2} <= rows.keys(), "no runs at sigma = 0, 1 and 2.2")
     return rows
@@ -132,7 +132,7 @@ def _exponents(evidence, dataset):
 @claim("r-of-sigma")
 def r_of_sigma(evidence):
     """Rise of r with noise at fixed u >= 20."""
-    velocities = evidence.values("n5_columns", "belt_velocity")
+    velocities = np.unique(evidence.dataset("n5_columns").arrays["belt_velocity"])
     rises = {}
     for u in map(float, velocities[velocities >= 20 - 1e-9]):
         column = evidence.column("n5_columns", N_BLOCKS, u)

@@ -37,7 +37,7 @@ def fig13(data):
     for axes, name in zip(grid, names, strict=True):
         for scan, _ in panels.layers(data, name):
             for noise in _levels(scan):
-                row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
+                row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
                 scheme = panels.METHODS["verlet"]
                 overlay = scheme if (row["method"].astype(str) == "verlet").all() else ""
                 points = row["belt_velocity"], row["disorder_parameter"]
@@ -89,7 +89,7 @@ def fig14(data):
     rows = upper.subgridspec(max(levels.size, 1), 1)
     strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
     for axes, noise in zip(strips, levels, strict=False):
-        row = sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
+        row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
         panels.band_diagram(axes, row, size=1.3)
         panels.finish_diagram(axes)
         panels.remark(axes, rf"$\sigma = {noise:g}$")
@@ -103,7 +103,7 @@ def fig14(data):
 
 def _column(axes, scan):
     """r(sigma) at one belt velocity, with the noise at which it rises, here and in the paper."""
-    column = sections.columns(scan, n_blocks=N_BLOCKS, belt_velocity=BELT_VELOCITY)
+    column = sections.cut(scan, n_blocks=N_BLOCKS, belt_velocity=BELT_VELOCITY)
     noise, disorder = column["noise"], column["disorder_parameter"]
     panels.draw_runs(axes, noise, disorder, 0)
     panels.finish_curves(axes, xlabel=panels.NOISE)
@@ -160,7 +160,7 @@ def fig16(data):
         panels.remark(spectrum, f"$u = {velocity:g}$")
         below.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
     noise = data["u17"].attributes["noise"]
-    row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
+    row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
     share = row["belt_velocity"], row["laminar_fraction"]
     panels.draw_runs(below, *share, 0, apart=np.inf)
     below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
@@ -182,7 +182,7 @@ DECADES = 3  # range of the colours below the largest density, at most
 @panels.draws(FIGURES)
 def fig17(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
-    rows = {s: sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=s) for s in NOISES}
+    rows = {s: sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=s) for s in NOISES}
     span = _span(rows.values())
     figure, grid = panels.page(4.0, "ab;cd", sharex=True, sharey=True)
     maps = {
@@ -292,7 +292,7 @@ def _dots(axes, points):
 def _shares(axes, scan):
     noises = [noise for noise in panels.levels(scan, "noise") if noise not in UNSHOWN]
     for index, noise in enumerate(noises):
-        row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
+        row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
         share = row["belt_velocity"], row["laminar_fraction"]
         label = rf"$\sigma = {noise:g}$"
         spread = sections.spread(*share)

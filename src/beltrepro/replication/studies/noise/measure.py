@@ -13,7 +13,7 @@ from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
 from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
-from beltrepro.stats.states import intermittent_mask
+from beltrepro.stats.states import intermittent_mask, laminar_phases
 
 
 def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
@@ -137,7 +137,7 @@ def spectra(evidence, *names):
     laminar, chaotic = [], []
     for name in names:
         run = evidence.dataset(name)
-        phases = evidence.laminar_phases(name)
+        phases = laminar_phases(run, evidence.settings["defaults"]["laminar_time"])
         laminar += _spectra(run, phases)
         chaotic += _spectra(run, np.column_stack([phases[:-1, 1], phases[1:, 0]]))
     fewest = min(len(laminar), len(chaotic))

@@ -119,7 +119,7 @@ def fig12(data):
     figure, (top, disorder, lifetimes, bottom) = panels.page(
         5.4, "a;b;c;d", sharex=True, height_ratios=(1.5, 1.3, 0.9, 0.8)
     )
-    row = sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=0.0)
+    row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=0.0)
     panels.band_diagram(top, row, size=2.0)
     panels.finish_diagram(top)
     top.set_ylabel(panels.VELOCITY)
@@ -142,7 +142,7 @@ def _disorder(axes, data):
         points = (starts.arrays[name] for name in ("belt_velocity", "disorder_parameter"))
         axes.plot(*points, ".", label="other starts", **look)
     for scan, overlay in panels.layers(data, "n5_rows"):
-        row = sections.rows(scan, n_blocks=N_BLOCKS, noise=0.0)
+        row = sections.cut(scan, n_blocks=N_BLOCKS, noise=0.0)
         points = row["belt_velocity"], row["disorder_parameter"]
         colour = style.ORANGE if overlay else style.BLUE
         label = "" if overlay else "as in the paper"
