@@ -81,6 +81,8 @@ def label_states(
     """State of every point of a scan, from what was recorded after the transient.
 
     Criteria, in this order; N is the last block:
+    - "undecided": N neither sticks in the last half of the time after the transient nor slips
+      longer than `laminar_time` after it: it may ride on the belt;
     - "transient": N stuck after the transient, but not in the last half of the time after it: the
       run leaves a chaotic transient while it is measured;
     - "continuous slip": N never sticks after the transient;
@@ -92,9 +94,10 @@ def label_states(
     """
     last_stick = np.nan_to_num(points["last_stick_time"], nan=-1.0)
     settles = last_stick < transient + 0.5 * (duration - transient)
+    rides = settles & ~(points["laminar_fraction"] > 0)
     states = np.select(
-        [last_stick <= transient, settles, intermittent_mask(points)],
-        [CONTINUOUS, TRANSIENT, INTERMITTENT],
+        [rides, last_stick <= transient, settles, intermittent_mask(points)],
+        [UNDECIDED, CONTINUOUS, TRANSIENT, INTERMITTENT],
         "",
     ).astype(object)
     for index in np.flatnonzero(states == ""):
