@@ -299,6 +299,13 @@ def test_a_stretch_at_rest_leaves_the_error_of_an_exponent_open():
     assert "error not known" in exponent(resting).words
 
 
+def test_what_rests_has_no_spectrum_of_its_rounding():
+    for values in (np.full(4000, 0.9), 0.9 + 1e-16 * RNG(0).normal(size=4000)):
+        assert not spectra.power_spectrum(values, 1.0)[1].any()
+        with pytest.raises(NotEnoughDataError, match=r"0 points between 0\.01 and 0\.3"):
+            exponent(values)
+
+
 @pytest.mark.thorough
 def test_the_interval_of_one_run_holds_the_mean_of_others():
     """A chain that switches between two kinds of motion, as no interval of one kind allows."""

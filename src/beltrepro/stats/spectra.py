@@ -19,6 +19,7 @@ from beltrepro.stats.power_law import PowerLawFit, fit_log_log
 # stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).
 FIT_BAND = (0.003, 0.3)
 _RESAMPLES = 200
+_ROUNDING = 1e-12  # of the values of a series
 # Of a series, at most; the slowest motion in the fit must pass so often in each, at least. Two or
 # three stretches tell their scatter so badly that the interval says nothing.
 _STRETCHES, _LEAST_STRETCHES, _LEAST_CYCLES = 8, 4, 4
@@ -38,6 +39,8 @@ def power_spectrum(
     """One-sided power spectral density of a sampled series, mean removed."""
     values = np.asarray(values, dtype=float)
     require(values.size >= 16, f"{values.size} samples, a spectrum needs 16")
+    if np.ptp(values) <= _ROUNDING * np.abs(values).max():  # at rest
+        values = np.zeros_like(values)
     length = values.size if segment is None else min(int(segment), values.size)
     frequency, power = scipy.signal.welch(
         values, fs=1 / sample_interval, nperseg=length, detrend="constant"
