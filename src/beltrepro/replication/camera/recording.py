@@ -233,8 +233,6 @@ def _spectra(time: np.ndarray, position: np.ndarray, parts: Regimes) -> dict[str
             continue
         even = _even(time[inside], position[inside], parts.interval_s)
         frequency, power = power_spectrum(even, parts.interval_s)
-        if not power.any():  # at rest
-            continue
         low, law = float(frequency[power.argmax()]), None
         with suppress(NotEnoughDataError):
             require(low * _SHORTEST_FIT <= FIT_TO_HZ, "no room above the peak")
