@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -13,24 +12,12 @@ from beltrepro.base.errors import InputError
 LIMITED = """
 import resource, sys
 import numpy as np
-import pandas as pd
 from beltrepro.base import store
 from beltrepro.base.errors import InputError
-from beltrepro.replication.drawing import style
-from beltrepro.replication.plan import io
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
-values = np.random.default_rng(1).random(100_000)
 try:
-    if sys.argv[1].endswith(".h5"):
-        store.write(sys.argv[1], {"values": values}, {})
-    elif sys.argv[1].endswith(".csv"):
-        table = pd.DataFrame({"values": values})
-        io.write_table(sys.argv[1], table, title="Numbers.", columns={}, sources={})
-    else:
-        figure = style.page(3)
-        figure.add_subplot().imshow(values[:10000].reshape(100, 100))
-        style.save(figure, sys.argv[1], sys.argv[1] + ".pdf", {})
+    store.write(sys.argv[1], {"values": np.random.default_rng(1).random(100_000)}, {})
 except InputError as error:
     sys.exit(f"error: {error}")
 """
@@ -85,9 +72,8 @@ def test_what_a_kill_leaves_is_cleared(tmp_path):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", ["a.h5", "a.csv", "a.png"])
-def test_a_full_disk_is_one_line_and_harms_nothing(tmp_path, name):
-    path = Path(tmp_path, name)
+def test_a_full_disk_is_one_line_and_harms_nothing(tmp_path):
+    path = tmp_path / "a.h5"
     path.write_text("before")
     words = [sys.executable, "-c", LIMITED, str(path)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)

@@ -25,13 +25,6 @@ def test_it_copies_what_exists_and_all_that_the_environment_is_made_of():
     assert copied_by_docker() <= kept
 
 
-def test_it_has_a_python_that_the_project_allows():
-    least = PROJECT["requires-python"]
-    version = re.search(r"^FROM python:3\.(\d+)-", DOCKERFILE, re.M)[1]
-    assert int(version) >= int(least.removeprefix(">=3."))
-    assert f"PYTHON=python3.{version}" in DOCKERFILE
-
-
 def test_profile_of_slurm_groups_rules_that_exist():
     profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "profile.yaml").read_text())
     text = "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk"))

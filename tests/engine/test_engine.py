@@ -110,13 +110,6 @@ def test_first_order_convergence_in_the_time_step():
     assert errors[0] < octaves[0, -1]
 
 
-def test_energy_audit_closes_and_improves_with_the_step():
-    options = {"duration": 200, "sample_interval": None, "method": "verlet"}
-    runs = [simulate(ChainParameters(5, 20.0, 1.0), time_step=h, **options) for h in (0.01, 0.001)]
-    coarse, fine = (abs(run.energy_residual) for run in runs)
-    assert fine < 1e-4 and fine < coarse
-
-
 @kernel
 def fill_law(x, law, columns):
     for i in range(len(x)):

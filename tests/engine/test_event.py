@@ -1,6 +1,5 @@
 """The event integrator: exact references, roots, energy, events, the noise."""
 
-import json
 from itertools import pairwise
 
 import numpy as np
@@ -19,7 +18,6 @@ from beltrepro.engine.taylor import LEVELS, ORDER
 from beltrepro.engine.vector import kernel
 from beltrepro.model.spring import external_force
 
-EXACT = json.loads(exact.DATA.read_text())
 WITHOUT_SAMPLES = {"method": "event", "sample_interval": None}
 
 
@@ -52,28 +50,27 @@ def times(events):
 # --- against the references ---
 
 
-@pytest.mark.parametrize("case", EXACT, ids=lambda c: f"N{c['n_blocks']}-u{c['belt_velocity']:g}")
-def test_events_and_state_of_forty_digits(case):
-    n_blocks, n_events = case["n_blocks"], case["n_events"]
-    chain = ChainParameters(n_blocks, case["belt_velocity"])
-    last = case["events"][-1][0]
-    start = np.array(case["displacement"])
-    events = run_from(n_blocks, case["belt_velocity"], [start], last + 1e-6)[0]
-    assert sequence(events) == [(block, kind) for _, block, kind in case["events"]]
-    assert len(events) == n_events
-    np.testing.assert_allclose(times(events), times(case["events"]), rtol=0, atol=1e-10)
-    end = advanced([chain], last, [start])[0]
-    np.testing.assert_allclose(end.positions()[0], case["positions"], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(end.velocities()[0], case["velocities"], rtol=0, atol=1e-9)
-
-
 def follows_reference(n_blocks, belt_velocity, start, duration):
-    """Errors of the instants of a run from a start; the events are those of 40 digits."""
-    exact_chain = exact.ExactChain.of(belt_velocity, start.tolist())
-    expected = exact_chain.advance(until=exact.fixed(duration)).events
-    (events,) = run_from(n_blocks, belt_velocity, [start], duration)
-    assert sequence(events) == sequence(expected), (n_blocks, belt_velocity, start)
-    return np.abs(times(events) - [float(exact.real(time)) for time, *_ in expected])
+    """Errors of the instants and of the end of a run, whose events are those of 40 digits."""
+    reference = exact.ExactChain.of(belt_velocity, start.tolist())
+    reference.advance(until=exact.fixed(duration))
+    chain = ChainParameters(n_blocks, belt_velocity)
+    places = chain.rest_positions + start
+    run = simulate(chain, duration=duration, initial_positions=places, **WITHOUT_SAMPLES)
+    events, end = run.events[["time", "block", "kind"]].tolist(), run.final_state
+    assert sequence(events) == sequence(reference.events), (n_blocks, belt_velocity, start)
+    instants = [float(exact.real(time)) for time in times(reference.events)]
+    rows = [[float(exact.real(units)) for units in row[1:]] for row in (reference.y, reference.v)]
+    apart = np.abs(np.array(rows) - [end.displacements, end.velocities])
+    return np.abs(times(events) - instants), apart.max()
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "belt_velocity", "until"), [(1, 1.0, 197.0), (5, 20.0, 67.0), (10, 30.0, 41.0)]
+)
+def test_a_run_from_rest_follows_the_reference(n_blocks, belt_velocity, until):
+    errors, end = follows_reference(n_blocks, belt_velocity, np.zeros(n_blocks), until)
+    assert len(errors) >= 6 and errors.max() < 1e-10 and end < 1e-9
 
 
 def slow(first, parts, *arguments):
@@ -86,7 +83,8 @@ def test_random_starts_follow_the_reference(seed, count):
     for _ in range(count):
         n_blocks, belt_velocity = int(rng.integers(2, 9)), rng.uniform(2, 30)
         start = rng.normal(0, 3, n_blocks)
-        assert np.all(follows_reference(n_blocks, belt_velocity, start, 20.0) < 1e-8)
+        errors, end = follows_reference(n_blocks, belt_velocity, start, 20.0)
+        assert np.all(errors < 1e-8) and end < 1e-6
 
 
 def boundary(rng, duration, width):
@@ -122,7 +120,7 @@ def test_boundaries_between_sequences_lie_where_the_reference_has_them(seed, cou
     for _ in range(count):
         n_blocks, belt_velocity, sides = boundary(rng, duration=20.0, width=1e-9)
         for side in sides:
-            errors = follows_reference(n_blocks, belt_velocity, side, 20.0)
+            errors, _ = follows_reference(n_blocks, belt_velocity, side, 20.0)
             # an event at a small rate takes its time from a small difference
             assert np.median(errors) < 1e-7 and errors.max() < 1e-4
         one, other = map(sequence, run_from(n_blocks, belt_velocity, sides, 20.0))
@@ -315,6 +313,13 @@ def test_a_block_beyond_its_threshold_slips_at_once():
         assert sorted(sequence(events)) == sorted(sequence(expected))
         instants = [float(exact.real(time)) for time, *_ in expected]
         np.testing.assert_allclose(times(events), instants, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_a_block_exactly_at_its_threshold_is_let_go(method):
+    chain = ChainParameters(1, 1.0, static_friction=64.0, linear_limit=np.inf)
+    run = simulate(chain, duration=2.0, initial_positions=[114.0], method=method)
+    assert run.events["time"][0] <= 0.001 and run.events["force"][0] == pytest.approx(-64, abs=2e-3)
 
 
 # --- samples and section ---

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, Setup, catalogue, simulate
+from beltrepro import ChainParameters, ChainState, Setup, catalogue
 from beltrepro import time_to_continuous_slip as escapes
 from beltrepro.simulation.groups import in_groups
 
@@ -80,20 +80,7 @@ def test_chains_advance_together_that_share_all_an_integrator_takes_from_the_fir
     changes, together
 ):
     made_points = points_of(changes)
-    parts = [group.tolist() for group, _ in in_groups(made_points, lambda *_: None, None)]
+    parts = [group.tolist() for group, _ in in_groups(made_points, lambda group: None, None)]
     assert parts == ([[0, 1]] if together else [[0], [1]])
     # and each of these makes another run of it
     assert made_points[0].identity != made_points[1].identity
-
-
-@pytest.mark.parametrize("interval", [0.1, 0.25])  # with samples between them for r, or not
-def test_samples_of_chains_together_are_those_of_each_alone(interval):
-    chains = [ChainParameters(3, u, noise) for noise in (0.0, 0.5) for u in (9.0, 20.0, 14.0)]
-    settings = {"duration": 12.0, "sample_interval": interval, "initial_spread": 1.0}
-    replicates = [4, 0, 2, 1, 0, 3]
-    together = simulate(chains, replicate=replicates, **settings)
-    for chain, replicate, run in zip(chains, replicates, together, strict=True):
-        assert run == simulate(chain, replicate=replicate, **settings)
-        assert run.velocities.max() > 0.99 * chain.belt_velocity
-        rides = run.velocities == chain.belt_velocity
-        assert rides.any() and not rides.all()

@@ -46,6 +46,22 @@ def test_what_cannot_be_kept_is_compiled_anew(tmp_path, caplog):
     assert "every process compiles anew" in caplog.text
 
 
+@pytest.mark.parametrize(
+    ("variable", "words"),
+    [
+        ({"NUMBA_DISABLE_JIT": "1"}, "NUMBA_DISABLE_JIT = 1: integrators run as machine code only"),
+        ({"NUMBA_NUM_THREADS": "0"}, "numba: Number of threads specified must be > 0; look at the"),
+    ],
+)
+def test_a_variable_that_numba_cannot_work_with_is_one_line(variable, words):
+    command = [sys.executable, "-m", "beltrepro.cli.app", "simulate", "--n-blocks=2"]
+    command += ["--belt-velocity=9", "--duration=50"]
+    environment = os.environ | variable
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    (line,) = done.stderr.splitlines()
+    assert done.returncode == 2 and line.startswith(f"error: {words}")
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(3600)  # it compiles every kernel, on a machine that may be busy
 def test_after_the_command_cache_nothing_is_compiled(tmp_path):

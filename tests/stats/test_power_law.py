@@ -8,14 +8,9 @@ from scipy import stats
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import power_law as laws
+from samples import power_law
 
 RNG = np.random.default_rng
-
-
-def power_law(exponent, low, high, size, seed=0):
-    rate = exponent + 1
-    ends = np.array([low, high]) ** rate
-    return (ends[0] + RNG(seed).random(size) * np.diff(ends)) ** (1 / rate)
 
 
 @pytest.mark.parametrize("exponent", [-0.87, -1.0, -1.0001, -1.47, -2.5, 0.7])

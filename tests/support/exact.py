@@ -12,21 +12,17 @@ motion and jump at events as docs/exponents.md says.
 
 All numbers are integers, in units of 2^-BITS: a sum is exact, and a product is off by one unit.
 Positions are displacements y_i = x_i - 50 i in the laboratory frame; the wall is y_0 = 0. The
-parameters are the doubles nearest to those of Sec. III. `python tests/support/exact.py` makes the
-records of tests/data/reference_events.json anew.
+parameters are the doubles nearest to those of Sec. III.
 """
 
-import json
 from dataclasses import dataclass, field
 from itertools import accumulate, pairwise
 from math import comb
 from operator import mul
-from pathlib import Path
 
 import numpy as np
 from mpmath import mp, mpf
 
-DATA = Path(__file__).parents[1] / "data" / "reference_events.json"
 BITS = 192  # 57 decimal digits
 TAIL = 150  # binary digits of the last terms of a series
 ORDER = 64
@@ -349,20 +345,3 @@ def _root_in(coefficients, low, high):
             return following
         place = following
     return high
-
-
-def write_reference():
-    """Write the events of each case of the file anew, with the state at the last event."""
-    records = json.loads(DATA.read_text())
-    for case in records:
-        chain = ExactChain.of(case["belt_velocity"], case["displacement"])
-        chain.advance(n_events=case["n_events"])
-        places = [units + 50 * i * ONE for i, units in enumerate(chain.y)]
-        y, v = ([float(real(units)) for units in row[1:]] for row in (places, chain.v))
-        events = [(float(real(time)), *event) for time, *event in chain.events]
-        case |= {"events": events, "positions": y, "velocities": v}
-    DATA.write_text(json.dumps(records, indent=1) + "\n")
-
-
-if __name__ == "__main__":
-    write_reference()

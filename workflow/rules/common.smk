@@ -9,6 +9,7 @@ from snakemake.cli import get_argument_parser
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from beltrepro.base import process
 from beltrepro.base.names import hint
 from beltrepro.replication.plan import lock
 from beltrepro.replication.plan.workflow import Workflow, one_line
@@ -17,6 +18,7 @@ from beltrepro.replication.plan.workflow import Workflow, one_line
 configfile: "config.yaml"
 
 
+process.set_right()  # jobs inherit what is set here
 with one_line():
     FLOW = Workflow(config)
 RUN = FLOW.plan.run

@@ -17,12 +17,18 @@ from beltrepro.chaos.periodic_orbits import MOMENTS
 from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.model.friction import equivalent_displacement
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Report, check_progress, in_groups, integrator_of, observe
+from beltrepro.simulation.groups import (
+    Group,
+    Report,
+    check_progress,
+    for_moments,
+    in_groups,
+    integrator_of,
+    observe,
+)
 from beltrepro.simulation.results import Results
-from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import CLOSED, EQUILIBRIUM, PERIODIC, find_recurrence
 
@@ -198,37 +204,29 @@ class _Run:
         }
 
 
-def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], report: Report) -> None:
+def _place_sections(runs: list[_Run], group: Group) -> None:
     """Sections at the mean lengths of the chains of a group after their start."""
     # every motion comes down through its mean length again and again
-    moments = LengthMoments(len(group), cases[0].state.time + 0.5 * _FIRST_WINDOW)
-    observe(integrator_of(cases), _FIRST_WINDOW, [moments], report)
-    lengths = moments.result(cases[0].parameters.rest_positions[-1])
-    for index, length in zip(group, lengths["mean_length"], strict=True):
+    moments = LengthMoments(len(group.cases), group.start + 0.5 * _FIRST_WINDOW)
+    observe(integrator_of(group.cases), _FIRST_WINDOW, [moments], group.report)
+    lengths = moments.result(group.chain.rest_positions[-1])
+    for index, length in zip(group.indices, lengths["mean_length"], strict=True):
         runs[index].section = length
 
 
-def _pass_window(
-    runs: list[_Run],
-    length: float,
-    closed: float,
-    group: np.ndarray,
-    cases: list[Case],
-    report: Report,
-) -> None:
+def _pass_window(runs: list[_Run], length: float, closed: float, group: Group) -> None:
     """Advance a group by a window, and judge its motion there."""
-    members = [runs[index] for index in group]
-    chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
+    members, middle = [runs[index] for index in group.indices], group.start + 0.5 * length
     observers = moments, log = LengthMoments(len(members), middle), ReturnLog(len(members))
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
-        growth = vectors.grow(chains, length, observers, report)
+        growth = vectors.grow(chains, length, observers, group.report)
         for run, rates, deviation in zip(members, growth, chains.deviations(), strict=True):
             run.growth.append(rates)
             run.deviation = deviation
     else:
-        observe(chains, length, observers, report)
-    lengths = moments.result(chain.rest_positions[-1])
+        observe(chains, length, observers, group.report)
+    lengths = moments.result(group.chain.rest_positions[-1])
     for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
         run.case = replace(run.case, state=state)
         run.slips.append(log.slips(lane))
@@ -257,7 +255,8 @@ def disturbance(case: Case) -> float:
     """Standard deviation of displacements that disturb each slip as much as it is disturbed."""
     # what noise does during a slip is left out: less than at its start by about sqrt(dt)
     chain, exact = case.parameters, case.method == METHOD
-    steps = 0.0 if exact else equivalent_displacement(chain.belt_velocity, case.time_step)
+    # in the scheme one begins late by t, uniform over a step, and moves its block by 2 u t
+    steps = 0.0 if exact else chain.belt_velocity * case.time_step / math.sqrt(3.0)
     return math.hypot(steps, chain.noise)
 
 

@@ -15,9 +15,9 @@ from beltrepro.chaos.naming import warn_of_rests
 from beltrepro.chaos.vectors import REST, end_errors, grow, slopes, standard_errors
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
-from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
+from beltrepro.simulation.setup import Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import margin
 
@@ -181,16 +181,10 @@ def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, n
 
 
 def _growth(
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-    *,
-    duration: float,
-    transient: float,
-    noise_clock: str,
-    count: int,
+    group: Group, *, duration: float, transient: float, noise_clock: str, count: int
 ) -> dict[str, np.ndarray]:
-    size = min(count, 2 * members[0].parameters.n_blocks)
+    members, report = group.cases, group.report
+    size = min(count, 2 * group.chain.n_blocks)
     before = integrator_of(members, sampling=vectors.NO_SAMPLES)
     alone = (1 - _ALIGNED) * transient
     if transient > 0:

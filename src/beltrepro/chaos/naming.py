@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import partial
@@ -22,9 +21,9 @@ from beltrepro.model.energy import normal_modes
 from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.setup import Case, Chains, caller, check_lengths, setup_of, with_setup
+from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
 
@@ -119,14 +118,9 @@ def classify(
 
 
 def _judged(
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-    *,
-    duration: float,
-    transient: float,
-    noise_clock: str,
+    group: Group, *, duration: float, transient: float, noise_clock: str
 ) -> dict[str, np.ndarray]:
+    members, report = group.cases, group.report
     observed, share = duration - transient, transient / duration
     chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
     begin, half = chains.time, chains.time + (1 - _END) * observed
@@ -134,7 +128,7 @@ def _judged(
     growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
-    lengths = moments.result(members[0].parameters.rest_positions[-1])
+    lengths = moments.result(group.chain.rest_positions[-1])
     rows = []
     for lane, (case, end) in enumerate(zip(members, chains.state(), strict=True)):
         times, states, slips = log.returns(lane)
@@ -210,11 +204,10 @@ def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | N
     begin = math.ceil(max(loading, transient or 0.0))
     longer = "" if transient is None else f"transient={begin}, "
     many = "" if len(cases) == 1 else f"{len(times)} of {len(cases)} chains: "
-    warnings.warn(
+    warn(
         f"{many}no block slips or sticks in the second half of the time that is judged "
         f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; "
-        f"{longer}duration={begin + math.ceil(cycles)} shows what it does",
-        stacklevel=caller(),
+        f"{longer}duration={begin + math.ceil(cycles)} shows what it does"
     )
 
 

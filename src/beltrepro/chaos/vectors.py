@@ -81,11 +81,10 @@ def with_vectors(
     chains = INTEGRATORS[noise_clock](
         states,
         n_vectors=n_vectors,
-        time_step=case.time_step,
         sampling=sampling,
         sampled_blocks=1,
         section=section,
-        **case.accuracy,
+        **case.numerics,
     )
     vectors, rows = chains.deviations(), 2 * chains.n_blocks
     random = np.random.default_rng(chains.n_blocks).standard_normal((rows, n_vectors))

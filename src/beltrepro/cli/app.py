@@ -14,7 +14,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         options = PARSER.parse_args(arguments)
         name = f"beltrepro {options.command.__name__}"
-        with needing(name), warnings.catch_warnings(record=True) as heard:
+        with needing(name, "replication"), warnings.catch_warnings(record=True) as heard:
             if options.suffixes:
                 check_output(options.output, options.force, options.suffixes)
             status = options.command(options)

@@ -594,24 +594,11 @@ class Hooks(NamedTuple):
     event_applied: Callable = _no_hook
 
 
-NO_HOOKS = Hooks()
-
-
 @functools.cache
-def advance_kernels(hooks: Hooks = NO_HOOKS) -> tuple[Callable, Callable]:
-    """The kernels for chains without noise and for those with noise."""
-    # the noise is approximate: roots to 1e-10 of a step are as good there
-    return (
-        _advance_kernel(ORDER, 1e-15, False, hooks),
-        _advance_kernel(NOISY_ORDER, 1e-10, True, hooks),
-    )
-
-
-def _advance_kernel(order, resolution, noisy, hooks):
-    """One kernel, with series of one order.
-
-    resolution : of the instants of events, as a share of the step.
-    """
+def advance_kernel(noisy: bool, hooks: Hooks) -> Callable:
+    """The kernel for chains with noise, or for those without."""
+    # of the series, and of the instants of events, as a share of the step; the noise is approximate
+    order, resolution = (NOISY_ORDER, 1e-10) if noisy else (ORDER, 1e-15)
     series_made, moved, event_applied = hooks
 
     @kernel

@@ -31,7 +31,7 @@ class EventIntegrator(Integrator):
     name = "event"
     _scheme_fields = ("branch", "branch_changed", "cell", "noise_force")
     # what follows the chains: functions, and what they keep
-    _hooks = event.NO_HOOKS
+    _hooks = event.Hooks()
     _companion: tuple = ()
 
     def __init__(
@@ -68,9 +68,8 @@ class EventIntegrator(Integrator):
         )
         self._scratch = event.new_scratch(self.n_blocks, chain.varied)
         # chains with noise and without have kernels of their own, which leave the others alone
-        quiet, noisy = event.advance_kernels(self._hooks)
-        kernels = ((quiet, self._noise == 0), (noisy, self._noise > 0))
-        self._kernels = [kernel for kernel, lanes in kernels if lanes.any()]
+        kinds = np.unique(self._noise > 0)
+        self._kernels = [event.advance_kernel(noisy, self._hooks) for noisy in kinds.tolist()]
         self._start_from(states)
 
     def _new_variables(self, lanes):
@@ -91,6 +90,7 @@ class EventIntegrator(Integrator):
         first_row = self._rows(self.time) + 1
         samples = first_row * interval - self.time, interval, self._rows(end) + 1 - first_row
         self._chains.time[:] = 0.0
+        self._chains.time[self._width :] = length
         self._chains.passes[:] = 0.0
         given = span, self._group, self._scratch
         for kernel in self._kernels:
@@ -100,7 +100,7 @@ class EventIntegrator(Integrator):
             if status == STORM:
                 excess = self._chains.passes - _PASSES_PER_TIME * self._chains.time
                 lane = int(np.argmax(excess[: self._width]))
-                self._stop(lane, _STORM, self._reached(lane))
+                self._stop(lane, _STORM)
         return end
 
     def _reached(self, lane):

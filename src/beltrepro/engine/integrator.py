@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beltrepro.base.errors import ModelStateError
-from beltrepro.engine.law import law_constants, varied_constants
+from beltrepro.engine.law import law_constants, of_blocks
 from beltrepro.engine.noise import STATE_WORDS
 from beltrepro.engine.records import (
     CONTACT,
@@ -40,7 +40,6 @@ GROUP_SIZE = 32  # chains advanced together, at most
 CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the bits of the uncut
 _CHUNK_SAMPLES = 4000  # about, at most
 _ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
-_CONTACT = "blocks pass through each other"
 _UNSTABLE = "the time step is too long for springs so stiff: a shorter one is needed"
 _PLENTY = 100  # times the energy that static friction of all blocks stores in a spring
 _LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
@@ -49,25 +48,17 @@ _EVENTS, _CROSSINGS = 4096, 1024  # room for those of a chain in a chunk, to beg
 
 @dataclass(frozen=True)
 class Chunk:
-    """What happened to W chains between two instants, all arrays views of shared buffers.
+    """What happened to W chains between two instants, all arrays views of shared buffers."""
 
-    start, end : model time.
-    time (S,) : instants of the samples; displacement, relative_velocity, kinetic_friction
-    (S, B, W) : of the last B blocks; displacement is from the rest position.
-    kinetic_friction is that of the mean F_st, and of its noise where all blocks are sampled.
-    events (W, E, 6), event_count (W,) : see `beltrepro.engine.records`; blocks from 0.
-    crossings (W, C, 1+2N), crossing_count (W,) : time, displacements, relative velocities.
-    """
-
-    start: float
+    start: float  # model time
     end: float
-    time: np.ndarray
-    displacement: np.ndarray
+    time: np.ndarray  # (S,) instants of the samples
+    displacement: np.ndarray  # (S, B, W) of the last B blocks, from the rest positions
     relative_velocity: np.ndarray
-    kinetic_friction: np.ndarray
-    events: np.ndarray
-    event_count: np.ndarray
-    crossings: np.ndarray
+    kinetic_friction: np.ndarray  # that of the mean F_st; of the noise if all blocks are sampled
+    events: np.ndarray  # (W, E, 6), see `beltrepro.engine.records`; blocks from 0
+    event_count: np.ndarray  # (W,)
+    crossings: np.ndarray  # (W, C, 1+2N) time, displacements, relative velocities
     crossing_count: np.ndarray
 
 
@@ -131,14 +122,13 @@ class Integrator:
         self._width = len(states)
         self._sampling = sampling
         self._first_sampled = self.n_blocks - sampled_blocks
-        # lanes that fill up the last vector repeat the last chain, and so take the steps that it
-        # takes; their results are not read
+        # lanes that fill up the last vector hold the last chain as it begins, and stand still
         lanes = -(-self._width // LANES) * LANES
         self._source = np.minimum(np.arange(lanes), self._width - 1)
         chains = [self.parameters[lane] for lane in self._source]
         self._belt_velocity = aligned([chain.belt_velocity for chain in chains])
         self._noise = aligned([chain.noise for chain in chains])
-        self._law, self._varied = law_constants(first), varied_constants(first)
+        self._law, self._varied = law_constants(first), of_blocks(first) if first.varied else None
         self._streams = zeros((STATE_WORDS, lanes), dtype=np.uint64)
         parts = math.ceil(CUT_TIME / (_CHUNK_SAMPLES * sampling.interval))
         self._chunk_time = CUT_TIME / parts
@@ -171,8 +161,8 @@ class Integrator:
             values["wall_impulse"] = float(values["wall_impulse"])
             chains = self._chains._asdict()
             variables = {name: chains[name][..., lane].copy() for name in self._scheme_fields}
-            values["scheme"] = Scheme(self.name, self.time_step, variables)
-            states.append(dataclasses.replace(state, time=self.time, **values))
+            scheme = Scheme(self.name, self.time_step, variables)
+            states.append(dataclasses.replace(state, time=self.time, scheme=scheme, **values))
         return states
 
     def _start_from(self, states: Sequence[ChainState]) -> None:
@@ -217,8 +207,9 @@ class Integrator:
             start, first_row = self.time, self._rows(self.time) + 1
             self._events.count[:] = 0
             self._crossings.count[:] = 0
-            self.time = self._run(until)
+            end = self._run(until)
             self._check_state()
+            self.time = end
             yield self._chunk(start, first_row, self._rows(self.time) + 1 - first_row)
 
     # --- what an integrator provides ---
@@ -277,8 +268,7 @@ class Integrator:
             elif status == CROSSINGS_FULL:
                 self._crossings = self._doubled(self._crossings)
             elif status == CONTACT:
-                lane = int(np.argmin(self._gaps().min(axis=1)))
-                self._stop_at_contact(lane, self._reached(lane))
+                self._stop_at_contact(int(np.argmin(self._gaps().min(axis=1))))
             else:
                 return status
 
@@ -286,7 +276,7 @@ class Integrator:
         if buffer.rows.nbytes > _LARGEST_BUFFER // 2:
             lane = int(np.argmax(buffer.count[: self._width]))
             reason = f"{buffer.count[lane]} events since t = {self.time:g} are too many to record"
-            self._stop(lane, reason, self._reached(lane))
+            self._stop(lane, reason)
         return buffer._replace(rows=np.concatenate([buffer.rows] * 2, axis=1))
 
     # --- what follows from it ---
@@ -352,14 +342,14 @@ class Integrator:
         if not good.all():
             lane = int(np.argmin(good))
             if np.isfinite(gaps[lane]).all():
-                self._stop_at_contact(lane, self.time)
-            self._stop(lane, "the state is not finite", self.time)
+                self._stop_at_contact(lane)
+            self._stop(lane, "the state is not finite")
 
     def _gaps(self):
         """Lengths (W, N) of the springs now."""
         return np.diff(self.positions(), axis=1, prepend=0.0)
 
-    def _stop_at_contact(self, lane: int, time: float):
+    def _stop_at_contact(self, lane: int):
         chain = self.parameters[lane]
         hold = float(chain.by_block("static_friction").sum())
         with np.errstate(over="ignore"):  # springs may be as stiff as a wall
@@ -367,12 +357,18 @@ class Integrator:
             stored = spring_energy(spring_extension(hold, chain), chain).sum()
         moving = kinetic_energy(chain, np.full(chain.n_blocks, chain.belt_velocity))
         # no motion brings so much energy together, so that only a scheme can have done it
-        unstable = needed > _PLENTY * (stored + moving)
-        self._stop(lane, _UNSTABLE if unstable else _CONTACT, time)
-
-    def _stop(self, lane: int, reason: str, time: float):
+        if needed > _PLENTY * (stored + moving):
+            self._stop(lane, _UNSTABLE)
+        place = int(np.argmin(self._gaps()[lane]))
+        meet = f"blocks {place} and {place + 1} meet" if place else "block 1 reaches the support"
         raise ModelStateError(
-            f"{self.parameters[lane].describe()}: {reason} at t = {time:g} "
+            f"{chain.describe()}: {meet} at t = {self._reached(lane):g} "
+            "(a longer rest_length prevents it, and changes nothing else of the motion)"
+        )
+
+    def _stop(self, lane: int, reason: str):
+        raise ModelStateError(
+            f"{self.parameters[lane].describe()}: {reason} at t = {self._reached(lane):g} "
             f"(time_step = {self.time_step:g})"
         )
 

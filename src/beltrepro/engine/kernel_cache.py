@@ -63,11 +63,11 @@ class KernelCacheFile:
                 draft.unlink()
 
     def _path(self, key):
-        return self._folder / f"{self._name}.{_digest(repr(key)).hex()[:16]}.nbc"
+        return self._folder / f"{self._name}.{digest(repr(key)).hex()[:16]}.nbc"
 
     def _seal(self, key, content):
         """First bytes of a file: what it should be, and that it is whole."""
-        return _digest(repr((numba.__version__, self._stamp, key)), content)
+        return digest(repr((numba.__version__, self._stamp, key)), content)
 
 
 @functools.cache
@@ -76,5 +76,5 @@ def _announce(message):
     logger.warning(message)
 
 
-def _digest(text, content=b""):
+def digest(text, content=b""):
     return hashlib.sha256(text.encode() + content).digest()

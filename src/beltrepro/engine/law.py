@@ -47,11 +47,6 @@ class Varied(NamedTuple):
     viscosity: float  # eta
 
 
-def varied_constants(parameters: ChainParameters) -> Varied | None:
-    """What is special about a chain; None for the law of the paper."""
-    return of_blocks(parameters) if parameters.varied else None
-
-
 def of_blocks(parameters: ChainParameters) -> Varied:
     """The constants block by block, of any chain."""
     ratio = parameters.by_block("friction_ratio")

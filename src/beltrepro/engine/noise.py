@@ -24,7 +24,7 @@ from beltrepro.engine.simd import (
     store,
     to_float,
 )
-from beltrepro.engine.vector import inlined, kernel, separate_arrays
+from beltrepro.engine.vector import ROUNDING, inlined, kernel, separate_arrays
 from beltrepro.model import ChainParameters
 
 STATE_WORDS = 4
@@ -91,7 +91,6 @@ _LN2 = 0.6931471805599453
 _ONE_BITS = 0x3FF0000000000000
 _SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
 _SIGN = np.int64(-(1 << 63))
-_ROUNDING = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to whole numbers
 
 
 @inlined
@@ -143,9 +142,9 @@ def _box_muller(word):
     radius, angle = _uniform_pair(word)
     length = square_root(-2.0 * logarithm(radius))
     # four quadrants around the nearest multiple of a quarter turn, f in [-1/8, 1/8]
-    shifted = fma(angle, 4.0, _ROUNDING)
+    shifted = fma(angle, 4.0, ROUNDING)
     quadrant = as_bits(shifted)
-    f = fma(_ROUNDING - shifted, 0.25, angle)
+    f = fma(ROUNDING - shifted, 0.25, angle)
     f2 = f * f
     sine = fma(fma(fma(fma(_S4, f2, _S3), f2, _S2), f2, _S1), f2, _S0) * f
     cosine = fma(fma(fma(fma(_C4, f2, _C3), f2, _C2), f2, _C1), f2, _C0)

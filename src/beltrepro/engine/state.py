@@ -82,6 +82,13 @@ class ChainState:
     stream: np.ndarray
     scheme: Scheme | None = None
 
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.initial_energy):
+            raise InputError(
+                f"positions = {self.positions.tolist()}, velocities = {self.velocities.tolist()}: "
+                "the energy of such a state is beyond all numbers"
+            )
+
     @classmethod
     @names.checked
     def at_rest(
@@ -119,9 +126,9 @@ class ChainState:
         check_chain(parameters)
         if positions is not None:
             positions = checks.positions("positions", positions, parameters.n_blocks)
-        seed, replicate = checks.key("seed", seed), checks.key("replicate", replicate)
+        key = [checks.key("seed", seed)], [checks.key("replicate", replicate)]
         time = checks.not_negative("time", time, LONGEST)
-        return states_at_rest([parameters], [positions], [seed], [replicate], time)[0]
+        return states_at_rest([parameters], [positions], *key, time)[0]
 
     @classmethod
     @names.checked
@@ -157,8 +164,7 @@ class ChainState:
         InputError
             A value is not allowed, as in `at_rest`, or the velocities are not N numbers.
         """
-        key: dict[str, Any] = {"time": time, "seed": seed, "replicate": replicate}
-        state = cls.at_rest(parameters, positions, **key)
+        state = cls.at_rest(parameters, positions, time=time, seed=seed, replicate=replicate)
         return state if velocities is None else state.moved(velocities=velocities)
 
     @property
@@ -294,15 +300,7 @@ class ChainState:
             wall_impulse=0.0,
             initial_energy=float(energy),
             initial_momentum=float(momentum),
-        )._checked()
-
-    def _checked(self) -> ChainState:
-        if not math.isfinite(self.initial_energy):
-            raise InputError(
-                f"positions = {self.positions.tolist()}, velocities = {self.velocities.tolist()}: "
-                "the energy of such a state is beyond all numbers"
-            )
-        return self
+        )
 
     def __repr__(self) -> str:
         slipping = int(np.count_nonzero(self.directions))
@@ -347,7 +345,7 @@ def states_at_rest(
                 seeds[number],
                 replicates[number],
                 streams[row],
-            )._checked()
+            )
     return [states[number] for number in range(len(chains))]
 
 

@@ -242,6 +242,7 @@ class TangentIntegrator(EventIntegrator):
 
     def __init__(self, states, *, n_vectors: int, **settings):
         super().__init__(states, **settings)
+        self._noisy = bool(np.any(self._noise > 0))
         n_blocks, lanes = self._chains.displacement.shape
         self._companion = Deviations(
             displacement=zeros((n_vectors, n_blocks, lanes)),
@@ -256,8 +257,7 @@ class TangentIntegrator(EventIntegrator):
     def deviations(self) -> np.ndarray:
         """Deviations (W, D, K) now: of the N positions, then of the N velocities.
 
-        With noise a last row has the delay of the noise: D is 2N, or
-        2N+1 with noise.
+        With noise a last row has the delay of the noise: D is 2N, or 2N+1 with noise.
         """
         now = self._companion
         rows = [now.displacement, now.velocity, now.delay[:, None]][: 3 if self._noisy else 2]
@@ -272,7 +272,3 @@ class TangentIntegrator(EventIntegrator):
         now.velocity[...] = np.where(stuck, 0.0, columns[:, n_blocks : 2 * n_blocks])
         if self._noisy:
             now.delay[...] = columns[:, -1]
-
-    @property
-    def _noisy(self) -> bool:
-        return bool(np.any(self._noise > 0))

@@ -223,7 +223,7 @@ def extend_pair(k, varied, direction, lane, series):
 def extend_series(order, varied, direction, lane, series):
     """All levels from 2 on of the forces, from 4 to `order` of the positions.
 
-    order : 13 to 19; direction : (N, W), zero for stuck blocks; the rest as in `start_springs`.
+    order : one of the two; direction : (N, W), zero for stuck blocks; see `start_springs`.
     """
     # one call for each pair of levels: a constant level lets the compiler lay out all its terms
     extend_pair(2, varied, direction, lane, series)
@@ -231,11 +231,9 @@ def extend_series(order, varied, direction, lane, series):
     extend_pair(6, varied, direction, lane, series)
     extend_pair(8, varied, direction, lane, series)
     extend_pair(10, varied, direction, lane, series)
-    if order >= 15:
+    if order > NOISY_ORDER:
         extend_pair(12, varied, direction, lane, series)
-    if order >= 17:
         extend_pair(14, varied, direction, lane, series)
-    if order >= 19:
         extend_pair(16, varied, direction, lane, series)
 
 

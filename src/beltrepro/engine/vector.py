@@ -17,7 +17,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
-from beltrepro.engine.kernel_cache import KernelCacheFile
+from beltrepro.engine.kernel_cache import KernelCacheFile, digest
 from beltrepro.engine.simd import as_bits, fma, from_bits, select
 
 _LINE = 64  # bytes of a cache line and of a vector of eight doubles
@@ -39,18 +39,11 @@ def kernel(function):
     cache = dispatcher._cache
     # a file for each set of what a kernel made by a function encloses
     enclosed = repr([_identity(cell.cell_contents) for cell in function.__closure__ or ()])
-    digest = hashlib.sha256(enclosed.encode()).hexdigest()
+    name = f"{cache._impl.filename_base}-{digest(enclosed).hex()[:12]}"
     # numba does not see that a helper in another file has changed, so the stamp has a hash of all
-    cache._cache_file = KernelCacheFile(
-        cache._cache_path,
-        f"{cache._impl.filename_base}-{digest[:12]}",
-        (*cache._impl.locator.get_source_stamp(), _engine_version()),
-    )
-    cache._index_key = lambda signature, codegen: (
-        signature,
-        codegen.magic_tuple(),
-        hashlib.sha256(function.__code__.co_code).hexdigest(),
-    )
+    stamp = *cache._impl.locator.get_source_stamp(), _engine_version()
+    cache._cache_file = KernelCacheFile(cache._cache_path, name, stamp)
+    cache._index_key = lambda signature, codegen: (signature, codegen.magic_tuple())
     return dispatcher
 
 
@@ -119,7 +112,7 @@ def maximum(a, b):
 
 
 # 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the sum.
-_ROUNDING = 6755399441055744.0
+ROUNDING = 6755399441055744.0
 LOG2_E = 1.4426950408889634
 
 # (2^r - 1)/r on |r| <= 1/2, Chebyshev interpolation of degree 10; error of 1 + r*q below 2e-17.
@@ -143,10 +136,10 @@ def exp2(x, rate):
     Infinite or NaN where it is beyond the numbers, and NaN of NaN. Without branches; the polynomial
     is summed by halves, which keeps the chain of operations short.
     """
-    shifted = fma(x, rate, _ROUNDING)
+    shifted = fma(x, rate, ROUNDING)
     # both limits hold from 2^1024.5 on: exponent and mantissa are then those of NaN
-    shifted = select(shifted < _ROUNDING + 1024.0, shifted, _ROUNDING + 1024.0)
-    r = fma(x, rate, _ROUNDING - shifted)
+    shifted = select(shifted < ROUNDING + 1024.0, shifted, ROUNDING + 1024.0)
+    r = fma(x, rate, ROUNDING - shifted)
     r = select(r < 0.5, r, 0.5)
     r2 = r * r
     r4 = r2 * r2

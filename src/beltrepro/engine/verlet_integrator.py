@@ -99,6 +99,7 @@ class VerletIntegrator(Integrator):
         stride = self._sampling.steps
         first = (start // stride + 1) * stride - start
         self._chains.steps_done[:] = 0.0
+        self._chains.steps_done[self._width :] = n_steps
         self._advance(
             lambda records: self._kernel(start, n_steps, self._group, self._scratch, records),
             float(first),

@@ -81,12 +81,3 @@ def mean_kinetic_friction(parameters: ChainParameters) -> float:
     if parameters.varied:
         return float(kinetic_friction(parameters).mean())
     return parameters.friction_ratio * parameters.static_friction
-
-
-def equivalent_displacement(belt_velocity: float, time_step: float) -> float:
-    """Standard deviation of normal displacements that disturb slips as much as the scheme does.
-
-    A slip begins late by a time t, uniform over a step: its deviation is dt / sqrt(12). Its block
-    then sticks 2 u t less far along on the belt, as if moved back by so much (docs/chaos.md).
-    """
-    return belt_velocity * time_step / math.sqrt(3.0)

@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import names
-from beltrepro.base.checks import is_infinite, is_sequence, shown, whole_number, within
+from beltrepro.base.checks import is_infinite, is_sequence, listed, shown, whole_number, within
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
 
-MAXIMUM_BLOCKS = 1_000_000  # a thousand chains of so many fill any memory
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
 LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
 
 _POSITIVE = {"gt": 0, "le": LARGEST}
 _NOT_NEGATIVE = {"ge": 0, "le": LARGEST}
 LIMITS: dict[str, dict[str, Any]] = {
-    "n_blocks": {"ge": 1, "le": MAXIMUM_BLOCKS},
+    "n_blocks": {"ge": 1, "le": 1_000_000},  # a thousand chains of so many fill any memory
     "belt_velocity": _POSITIVE,
     "noise": _NOT_NEGATIVE,
     "static_friction": _POSITIVE,
@@ -39,7 +38,7 @@ LIMITS: dict[str, dict[str, Any]] = {
     "tolerance": {"ge": 1e-16, "le": 1},  # of forces of some tens, which round by 1e-16 of them
 }
 """What each quantity may be, by the names that `checks.within` and pydantic have for ends."""
-_PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
+PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
 _MAY_BE_INFINITE = ("linear_limit", "weakening_velocity")
 
 PerBlock = Any  # float, or a tuple of N of them
@@ -109,7 +108,7 @@ class ChainParameters:
         within("n_blocks", self.n_blocks, **LIMITS["n_blocks"])
         for field in fields(self)[1:]:
             value = getattr(self, field.name)
-            if field.name in _PER_BLOCK and is_sequence(value):
+            if field.name in PER_BLOCK and is_sequence(value):
                 value = _of_blocks(field.name, value, self.n_blocks)
             elif field.name not in _MAY_BE_INFINITE or not is_infinite(value):
                 value = within(field.name, value, **LIMITS[field.name])
@@ -184,7 +183,7 @@ def check_chain(parameters: Any) -> None:
 
 def _of_blocks(name: str, values: Any, n_blocks: int) -> float | tuple[float, ...]:
     """N numbers, or one if they are all the same."""
-    values = list(values)
+    values = listed(name, values)
     if len(values) != n_blocks:
         needed = f"one number or {n_blocks} are needed, as n_blocks = {n_blocks}"
         raise InputError(f"{name} = {shown(values)} has {len(values)} numbers: {needed}")
