@@ -23,9 +23,14 @@ from beltrepro.model.spring import section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
+from beltrepro.simulation.groups import (
+    Report,
+    check_progress,
+    for_moments,
+    integrator_of,
+    observe,
+)
 from beltrepro.simulation.run import Run
-from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import Case, Chains, Setup, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.simulation.trajectories import event_records, simulate
