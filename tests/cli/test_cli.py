@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import beltrepro
 from beltrepro import ChainParameters, Grid, classify, scan, simulate
 from beltrepro.base import store
 from beltrepro.cli import app as cli
@@ -131,6 +132,19 @@ def test_analyse_says_whether_blocks_are_in_x(command, tmp_path):
 
 # --- what is refused ---
 
+
+def test_an_option_given_twice_and_too_little_memory_are_told(command, monkeypatch):
+    _, said = command("simulate", "--noise", 1, "--noise=2", status=2, **CHAIN)
+    assert said.startswith("error: --noise: given 3 times")
+
+    def simulate_nothing(*_, **__):
+        raise MemoryError("Unable to allocate 122. GiB")
+
+    monkeypatch.setattr(beltrepro, "simulate", simulate_nothing)
+    _, said = command("simulate", status=1, **CHAIN)
+    assert said == "error: too little memory: Unable to allocate 122. GiB\n"
+
+
 FILM = CHAIN | {"output": "a.mp4"}
 WATCH = {"n_blocks": 2, "belt_velocity": 15}
 
@@ -155,9 +169,14 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("analyse", {"block_length": -1}, "block_length = -1"),
         ("analyse", {"block_length": 0.2}, "measured from the support, and hold the 0.9 m of"),
         ("analyse", {"n_blocks": 0}, "n_blocks = 0"),
-        ("watch", WATCH | {"output": "a.mp4", "duration": 0.01}, "must be at least 0.0416667"),
+        (
+            "watch",
+            WATCH | {"output": "a.mp4", "duration": 0.01},
+            "at least 0.0416667 and at most 3600",
+        ),
         ("watch", WATCH | {"speed": -1}, "speed = -1: must be at least 0.05 and at most 50"),
-        ("watch", WATCH | {"duration": 5}, "only a film has one, give --output too"),
+        ("watch", WATCH | {"duration": 5}, "only a file has one, give --output too"),
+        ("simulate", CHAIN | {"sample_interval": 3}, "sample_interval = 3: only a file has one"),
         ("watch", WATCH, "no display to open a window on: write a film with --output"),
     ],
 )

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 import beltrepro
-from beltrepro.base.checks import positive, within
-from beltrepro.base.errors import InputError, needing
+from beltrepro.base.checks import within
+from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
 
 _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
@@ -17,7 +17,7 @@ settings as attributes. In Python: beltrepro.Run.load(FILE)."""
 @shared.command(
     *shared.ONE_CHAIN,
     shared.JSON,
-    ("sample_interval", float, 0.1, "time between samples in --output (0.1)"),
+    ("sample_interval", float, None, "time between samples in --output (0.1)"),
     ("output", Path, None, "write the run to this .h5 file, see below"),
     *shared.chain_options(),
     epilog=shared.UNITS + _FILE,
@@ -26,11 +26,12 @@ settings as attributes. In Python: beltrepro.Run.load(FILE)."""
 def simulate(options: argparse.Namespace) -> None:
     """Simulate one chain from all blocks stuck and undeformed springs."""
     chain, settings = shared.chain_of(options), shared.settings_of(options)
-    positive("sample_interval", options.sample_interval)  # also where there are no samples
+    shared.only_with_output(options, "sample_interval")
+    interval = 0.1 if options.sample_interval is None else options.sample_interval
     run = beltrepro.simulate(
         chain,
         **settings,
-        sample_interval=options.sample_interval if options.output else None,
+        sample_interval=interval if options.output else None,
         progress=shared.progress_of(chain.describe()),
     )
     assert isinstance(run, beltrepro.Run)  # as it was one chain
@@ -146,9 +147,7 @@ def watch(options: argparse.Namespace) -> None:
         from beltrepro.extras import watch as watching
     ends = watching.SPEEDS
     speed = within("speed", options.speed, ge=ends[0], le=ends[1])
-    if options.duration is not None and not options.output:
-        text = f"duration = {options.duration:g}: only a film has one, give --output too"
-        raise InputError(text)
+    shared.only_with_output(options, "duration")
     chain = watching.Watched(shared.chain_of(options), options.transient, options.seed)
     if options.output:
         duration = 20.0 if options.duration is None else options.duration

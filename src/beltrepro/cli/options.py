@@ -62,9 +62,12 @@ class Parser(argparse.ArgumentParser):
                     raise InputError(left(name))
                 if not name.startswith("-"):
                     one_of("command", name, COMMANDS.choices)
-        for name in words:
-            if name.startswith("--") and name not in self._option_string_actions:
+        flags = [word for word in words if word.startswith("--")]
+        for name in flags:
+            if name not in self._option_string_actions:
                 self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
+            if flags.count(name) > 1:  # the last one alone would count
+                self.error(f"{name}: given {flags.count(name)} times")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
@@ -132,7 +135,7 @@ def chain_options(kind: Callable[[str], Any] | None = None) -> list:
     for python in (", per block", ", per spring", "math.", "`"):  # what only Python takes
         text = text.replace(python, "")
     words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
-    rows = [field_option(one, words[one.name], kind) for one in fields(ChainParameters)]
+    rows = [field_option(one, words.get(one.name, ""), kind) for one in fields(ChainParameters)]
     return [*rows[:3], "law of springs and friction, as in the paper if not given", *rows[3:]]
 
 
@@ -208,6 +211,13 @@ def _plain(value: Any) -> Any:
         # pandas, JavaScript and Python make the number of this text
         return None if math.isnan(value) else str(value).replace("inf", "Infinity")
     return value
+
+
+def only_with_output(options: argparse.Namespace, name: str) -> None:
+    """Refuse an option that a file alone has, as it would do nothing."""
+    value = getattr(options, name)
+    if value is not None and options.output is None:
+        raise InputError(f"{name} = {value:g}: only a file has one, give --output too")
 
 
 def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...]) -> None:

@@ -40,6 +40,7 @@ _STYLE: list[Any] = ["default", "dark_background"]
 _HALF, _ACROSS = Scene().block_length / 2, Scene().block_width / 2  # of a block, m
 _CORNERS = np.array([[-_HALF, -_ACROSS], [-_HALF, _ACROSS], [_HALF, _ACROSS], [_HALF, -_ACROSS]])
 _LINES = 0.1  # m between lines across the belt
+_LONGEST_S = 3600.0  # of a film; each second takes a second or two to draw
 _CURVE = 30  # seconds of the chain in the curve of x_N
 
 
@@ -144,7 +145,7 @@ def write_film(
     progress: Callable[[float], None] | None = None,
 ) -> int:
     """Write a film of a chain from now on, and return the number of its frames."""
-    count = round(checks.within("duration", duration, ge=FRAME_S) / FRAME_S)
+    count = round(checks.within("duration", duration, ge=FRAME_S, le=_LONGEST_S) / FRAME_S)
     canvas = FigureCanvasAgg(Figure(figsize=_SIZE, dpi=100))
     view = View(chain, canvas.figure)
 

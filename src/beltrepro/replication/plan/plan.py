@@ -136,6 +136,8 @@ def make_plan(config: dict) -> Plan:
         own: dict = {}
         for model in reversed(_chain(name, given, "like", place)):
             own |= given[model]
+        if "kind" not in own:  # a new dataset, or the slip of a preset that changes one
+            refuse(f"{place}.{name} has no kind", name, given.keys() - {name})
         if "method" in config and not own.get("own_method"):
             own["method"] = (config["method"],)
         datasets[name] = _dataset(own, usual | own, config["seed"], f"{place}.{name}")
@@ -166,7 +168,7 @@ def _chain(name: str, entries: dict[str, dict], key: str, place: str) -> list[st
 
 def _dataset(given: dict, keys: dict, seed: int, place: str) -> PlannedDataset:
     """A dataset by what is given for it, and by that with what is usual."""
-    kind = KINDS[one_of(f"{SOURCE}: {place}.kind", given.get("kind"), KINDS)]
+    kind = KINDS[one_of(f"{SOURCE}: {place}.kind", given["kind"], KINDS)]
     for key in given.keys() & SETTINGS.keys() - {*kind.settings}:
         text = f"a dataset of kind {kind.name} has no such setting, only {', '.join(kind.settings)}"
         refuse(f"{place}.{key}: {text}")
