@@ -85,6 +85,8 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
     sampled = run(sample_interval=1 / RATE / TIME_S)
     assert film(Movement.of(sampled), path, camera=camera) == len(sampled.time)
     path.unlink()
+    with pytest.raises(InputError, match="has 1 samples to film, two are needed"):
+        Movement.of(run(sample_interval=20.0))
     for movement, name, settings, words in (
         (Movement.of(run()), "film.mp4", {}, r"sample_interval = 0.5448\d+"),
         (swaying(0.1), "film.mp4", {"metres_per_pixel": 0.0005}, "larger metres_per_pixel"),

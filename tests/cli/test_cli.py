@@ -2,13 +2,16 @@
 
 import io
 import json
+import subprocess
+import sys
+import warnings
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import beltrepro
-from beltrepro import ChainParameters, Grid, classify, scan, simulate
+from beltrepro import ChainParameters, Grid, Run, classify, scan, simulate
 from beltrepro.base import store
 from beltrepro.cli import app as cli
 from beltrepro.replication.camera.track import Track
@@ -60,9 +63,24 @@ def test_the_output_file_holds_the_samples_and_stays_unless_forced(command, tmp_
     assert len(data.arrays["events"]) == result["events"]
 
 
-def test_a_warning_is_one_line_without_a_place_in_the_code(command):
-    _, said = command("simulate", n_blocks=7, belt_velocity=12, noise=1, duration=300)
+@pytest.mark.parametrize("asked", ["error", "ignore"])
+def test_a_warning_is_one_line_without_a_place_in_the_code(command, asked):
+    with warnings.catch_warnings():
+        warnings.simplefilter(asked)  # as of PYTHONWARNINGS
+        _, said = command("simulate", n_blocks=7, belt_velocity=12, noise=1, duration=300)
     assert said.startswith("warning: loading is measured too") and said.count("\n") == 1
+
+
+def test_closed_streams_and_the_backend_of_a_notebook_change_nothing(tmp_path):
+    words = "simulate --n-blocks 2 --belt-velocity 10 --duration 50 --output run.h5 >&- 2>&-"
+    backend = "MPLBACKEND=module://matplotlib_inline.backend_inline"
+    run = f"{sys.executable} -m beltrepro"
+    script = f"{run} {words} && {backend} {run} plot run.h5 --output run.png"
+    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    expected = simulate(ChainParameters(2, 10.0), duration=50.0)
+    assert Run.load(tmp_path / "run.h5") == expected
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_classify_prints_the_motion(command):

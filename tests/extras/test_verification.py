@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 import small_plans
+from beltrepro.base import store
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.extras import verification
@@ -101,6 +102,9 @@ def test_missing_and_damaged_files_are_named(compared, tmp_path):
     (folder / "datasets" / "rows.h5").unlink()
     assert compare()["rows"] == ("rows", MISSING, "")
     with pytest.raises(InputError, match="no datasets there"):
+        verification.write_list(folder / "l.json", folder)
+    store.write(folder / "datasets" / "mine.h5", {}, {"kind": "run"})
+    with pytest.raises(InputError, match="a dataset without 'preset': not of the workflow"):
         verification.write_list(folder / "l.json", folder)
     for path in (folder / "tables" / "t.csv", folder / "claims.csv"):
         path.write_text(path.read_text().replace("\n", "\n\n", 1))

@@ -76,13 +76,16 @@ def write_list(path: Path, results: Path) -> int:
     if not datasets:
         raise InputError(f"{results}: no datasets there")
     about = next(iter(datasets.values())).attributes
-    listed = {
-        **{name: about[name] for name in ("preset", "run", "code_version")},
-        "machine": {name: about[name] for name in provenance.machine()},
-        "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
-        "tables": {name: _digest(path) for name, path in _tables(results).items()},
-        "verdicts": _verdicts(results),
-    }
+    try:
+        listed = {
+            **{name: about[name] for name in ("preset", "run", "code_version")},
+            "machine": {name: about[name] for name in provenance.machine()},
+            "datasets": {name: _described(dataset) for name, dataset in datasets.items()},
+            "tables": {name: _digest(path) for name, path in _tables(results).items()},
+            "verdicts": _verdicts(results),
+        }
+    except KeyError as error:
+        raise InputError(f"{results}: a dataset without {error}: not of the workflow") from None
     with replacing(path) as unfinished:
         unfinished.write_text(json.dumps(listed, indent=1) + "\n", encoding="utf-8")
     return len(datasets)

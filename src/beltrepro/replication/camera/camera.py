@@ -35,8 +35,9 @@ class Movement:
     @classmethod
     def of(cls, run: Run) -> Movement:
         """The movement that the samples of a run show."""
-        if not len(run.time):
-            raise InputError("the run has no samples to film: simulate with a sample_interval")
+        if len(run.time) < 2:
+            many = f"{len(run.time)} samples to film, two are needed"
+            raise InputError(f"the run has {many}: simulate longer, with a sample_interval")
         return cls(run.time * TIME_S, run.positions * LENGTH_M, run.velocities * VELOCITY_M_S)
 
 

@@ -91,7 +91,7 @@ def _columns(text: str) -> tuple[np.ndarray, np.ndarray]:
     if missing := [name for name in _NEEDED if name not in table]:
         raise ValueError(f"lacks the column {', '.join(missing)}")
     if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first cells for names
-        raise ValueError("its rows have more cells than its first line has columns: 0,5 is 0.5")
+        raise ValueError("its rows have more cells than its header: 0,5 is 0.5")
     if twice := [name for name in _NEEDED if f"{name}.1" in table]:
         raise ValueError(f"has the column {', '.join(twice)} twice")
     values = table[_NEEDED].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
