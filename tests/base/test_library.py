@@ -98,9 +98,11 @@ def test_the_library_stands_alone(strangers, tmp_path):
     above = {"beltrepro.replication", "beltrepro.extras"}
     said = run_without(strangers | above, LIBRARY, tmp_path).stdout.splitlines()
     assert said == [
-        "a picture of a run needs matplotlib: pip install 'beltrepro[replication]'",
-        "a table needs pandas: pip install 'beltrepro[replication]'",
+        "a picture of a run needs matplotlib: pip install 'beltrepro[results]'",
+        "a table needs pandas: pip install 'beltrepro[results]'",
     ]
+    in_extra = {name_of(line) for line in PROJECT["optional-dependencies"]["results"]}
+    assert {"matplotlib", "pandas"} <= in_extra
 
 
 def test_the_command_says_what_it_needs(strangers, tmp_path):

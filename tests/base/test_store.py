@@ -3,6 +3,7 @@
 import ast
 import importlib
 import inspect
+import os
 import re
 import subprocess
 import time
@@ -80,12 +81,37 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0, 1.1"
 
 
+def test_the_commit_is_that_of_the_tree_whoever_asks_and_owns_it(version_of, tmp_path, monkeypatch):
+    for tree, text in ((tmp_path, "ours"), (tmp_path / "other", "another")):
+        git(tmp_path, "init", "-q", str(tree))
+        git(tree, "commit", "-q", "--allow-empty", "-m", text)
+    (tmp_path / ".git" / "info" / "exclude").write_text("*")
+    commit = git(tmp_path, "rev-parse", "HEAD")[:12]
+    for name, folder in (("DIR", ".git"), ("WORK_TREE", "."), ("INDEX_FILE", ".git/index")):
+        monkeypatch.setenv(f"GIT_{name}", str(tmp_path / "other" / folder))  # as in a hook
+    assert version_of() == f"1.2+g{commit}"
+    if os.geteuid() == 0:
+        for path in (tmp_path, tmp_path / ".git"):
+            os.chown(path, 12345, 12345)
+        assert version_of() == f"1.2+g{commit}"
+
+
 @pytest.mark.parametrize(
     ("text", "commit"), [(f"node: {'0a' * 20}\n", "0a" * 20), ("node: $Format:%H$\n", ""), ("", "")]
 )
-def test_an_archive_without_git_names_its_commit(version_of, tmp_path, text, commit):
+def test_an_archive_without_git_names_its_commit_and_changes_to_it(
+    version_of, tmp_path, text, commit
+):
     (tmp_path / provenance.COMMIT_FILE).write_text(text)
     assert version_of() == (f"1.2+g{commit[:12]}" if commit else "1.2")
+    edited = provenance.ROOT / "a.py"
+    (provenance.ROOT / "__pycache__").mkdir()
+    for path in (provenance.ROOT / "__pycache__" / "a.pyc", edited):
+        path.write_text("")
+        later = path.stat().st_mtime + 3600
+        os.utime(path, (later, later))
+        mark = ".dirty" if path == edited else ""
+        assert version_of() == (f"1.2+g{commit[:12]}{mark}" if commit else "1.2")
 
 
 # What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.

@@ -115,24 +115,6 @@ def coloured(random, exponent, seconds):
     return time, noise / noise.std()
 
 
-# --- bad input ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("time", "position", "words"),
-    [
-        (np.arange(20.0), np.ones(20), "32 are needed"),
-        (np.zeros(40), np.ones(40), "rise"),
-        (np.arange(40.0), np.full(40, 90.0), "centimetres"),
-        (np.arange(40.0), -np.ones(40), "measured from the support"),
-    ],
-)
-def test_too_few_or_wrong_data_are_refused_in_a_line(time, position, words):
-    with pytest.raises(NotEnoughDataError, match=words) as caught:
-        analyse(time, position)
-    assert "\n" not in str(caught.value)
-
-
 # --- lines of a spectrum --------------------------------------------------------------------------
 
 

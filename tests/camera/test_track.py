@@ -24,8 +24,9 @@ WHOLE = [frame.picture for frame in pictures(MOVEMENT, camera=CAMERA)]
 
 
 def written(path, frames):
-    """A film of some pictures."""
-    frames = (Frame(k / RATE, np.ascontiguousarray(p)) for k, p in enumerate(frames))
+    """A film of some pictures; None for one that is not there."""
+    whole = ((k / RATE, np.ascontiguousarray(p)) for k, p in enumerate(frames) if p is not None)
+    frames = (Frame(*frame) for frame in whole)
     write_video(path, frames, frames_per_second=RATE)
     return path
 
@@ -80,19 +81,53 @@ def test_frames_without_the_block_are_lost_and_told(tmp_path):
     for picture in frames[30:42]:  # a hand from above, over half of the blocks' lane
         cv2.ellipse(picture, (300, 10), (200, 45), 0, 0, 360, 150, -1)
     frames[50][:] = 0
+    frames[60:70] = [None] * 10
+    frames[80:82] = [None] * 2  # too few to tell from a camera that is late
     tracked = track(written(tmp_path / "film.mp4", frames), **KNOWN)
-    times = [[30, 41], [50, 50]]
+    times = [[30, 41], [50, 50], [60, 69]]
     np.testing.assert_allclose(tracked.lost_s, np.array(times) / RATE, atol=1e-3)
-    assert len(tracked.time_s) == len(frames) - 13
+    assert len(tracked.time_s) == len(frames) - 25
     assert rms(errors(tracked)) < 0.1
 
 
-def test_a_film_that_breaks_off_is_measured_up_to_there_and_a_resting_block_too(tmp_path):
-    path = written(tmp_path / "film.mkv", WHOLE)
-    content = path.read_bytes()
-    path.write_bytes(content[: int(0.7 * len(content))])
-    tracked = track(path, **KNOWN)
-    assert 12 <= len(tracked.time_s) < len(TRUE) and rms(errors(tracked)) < 0.1
+@pytest.mark.parametrize(
+    ("suffix", "damage", "words"),
+    [
+        (
+            "mkv",
+            lambda film: film[: int(0.7 * len(film))],
+            r"damaged or cut: it ends at 2\.\d+ s of 4",
+        ),
+        (
+            "mp4",
+            lambda film: _zeroed(film, 3000),
+            r"damaged; frames left out: \d\d of 8\d, from 1\.96 s on",
+        ),
+        (
+            "mkv",
+            lambda film: _zeroed(film, 10),
+            r"damaged; frames left out: \d\d of 96, from 1\.96 s on",
+        ),
+    ],
+)
+def test_of_a_damaged_film_the_whole_frames_are_measured_and_the_others_told(
+    tmp_path, suffix, damage, words
+):
+    path = written(tmp_path / f"film.{suffix}", WHOLE)
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.warns(UserWarning, match=words) as caught:
+        tracked = track(path, **KNOWN)
+    assert len(caught) == 1 and rms(errors(tracked)) < 0.1
+    assert 40 < len(tracked.time_s) < 80
+
+
+def _zeroed(film, size):
+    """A film whose bytes in the middle are lost."""
+    middle = len(film) // 2
+    return film[:middle] + bytes(size) + film[middle + size :]
+
+
+def test_a_resting_block_is_placed(tmp_path):
     resting = track(written(tmp_path / "rest.mp4", WHOLE[:1] * 30), **KNOWN)
     assert resting.x_m == pytest.approx(np.full(30, TRUE[0]), abs=0.1 * KNOWN["scale"])
 
@@ -148,7 +183,11 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     ("text", "words"),
     [
         ("t,x\n0,1\n", "lacks the column time_s, x_m"),
+        (HEADER + "0,0,0,8\n" * 60, "more cells than its first line has columns: 0,5 is 0.5"),
+        ("time_s,x_m,x_m\n0,1,2\n", "has the column x_m twice"),
         (HEADER + "0,fast\n", "row 1 has no finite number in time_s or x_m: 0, fast"),
+        (HEADER + "0,0.8\n1,0.8\n", "32 are needed"),
+        (HEADER + "".join(f"{row},90\n" for row in range(60)), "centimetres"),
         (HEADER + ROWS + "1e9,1\n", "too far apart"),
         (HEADER + "0,0.8\n" * 60, "must rise"),
         (HEADER + "0,-0.8\n" + ROWS.partition("\n")[2], "measured from the support"),

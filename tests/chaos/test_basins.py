@@ -3,19 +3,10 @@
 import numpy as np
 import pytest
 
-from beltrepro import (
-    ChainParameters,
-    ChainState,
-    Grid,
-    Setup,
-    basins,
-    orbit_branch,
-    slipping_state,
-)
+from beltrepro import ChainParameters, ChainState, Grid, Setup, basins, orbit_branch, slipping_state
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import basins as attraction
 from beltrepro.chaos.basins import Attractor
-from beltrepro.chaos.periodic_orbits import close_orbit
 from beltrepro.stats import estimates
 
 # All blocks slip or move with the belt; on a cycle of 23 slips from there.
@@ -30,9 +21,7 @@ def test_one_block_ends_on_its_one_orbit_or_never_sticks():
     sliding, cycle = sorted(one.attractors, key=lambda attractor: attractor.state)
     assert (sliding.state, sliding.reached_by, sliding.starts) == ("equilibrium slip", 3, 5)
     assert (cycle.state, cycle.reached_by, cycle.period_events) == ("periodic", 2, 1)
-    reach = 71.4 * 0.55  # it slips from F_st to 2 k - F_st about k
-    period = 2 * (np.pi - np.arctan(reach / 10.0)) + 2 * reach / 10.0
-    assert cycle.period_time == pytest.approx(period, rel=1e-9)
+    assert cycle.orbit.largest_multiplier == 0
     assert one.runs["attractor"].tolist() == 3 * [sliding.label] + 2 * [cycle.label]
     assert one.values.tolist() == [10.0] and one.quantity == "belt_velocity"
 
@@ -72,11 +61,10 @@ def test_an_orbit_keeps_its_label_and_is_there_where_no_start_reaches_it(two):
         assert sum(one.reached_by for one in here) == 1 == here[0].starts
         assert len({one.label for one in here}) == len(here)
     unseen = next(one for one in two.attractors if one.reached_by == 0)
-    again = close_orbit(unseen.orbit.state, unseen.period_time)
-    assert again.period_time == pytest.approx(unseen.period_time, rel=1e-12)
-    assert abs(again.largest_multiplier) < 1
-    branch, whole = two.branches[unseen.label], orbit_branch(again, lower=18.0, upper=23.0)
-    assert (whole.lower, whole.upper) == pytest.approx((branch.lower, branch.upper), rel=1e-7)
+    # an end does not depend on the way to it
+    whole = orbit_branch(unseen.orbit, lower=18.0, upper=23.0, step=0.37, tolerance=1e-9)
+    branch = two.branches[unseen.label]
+    assert (whole.lower, whole.upper) == pytest.approx((branch.lower, branch.upper), rel=1e-6)
 
 
 def test_shares_do_not_depend_on_the_order_of_the_starts():
@@ -129,12 +117,12 @@ def test_what_has_no_basins_is_refused(chains, words):
 # --- made-up motions ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("gap", "groups"), [(0.8, [[1, 2, 4, 6]]), (1.2, [[4], [1, 6], [2]])])
-def test_irregular_motions_with_a_gap_between_their_r_are_several(gap, groups):
-    steps = np.array([9, 1, 2, 9, 0, 9, 1])  # rows 0, 3 and 5 are of another value
-    runs = {"disorder_parameter": 0.05 * np.exp(gap * 0.5 * steps)}
-    parts = attraction._parted(runs, np.array([1, 2, 4, 6]))
-    assert [sorted(part) for part in parts] == groups
+def test_irregular_motions_with_a_gap_between_their_r_are_several():
+    for gap, groups in (0.8, [[1, 2, 4, 6]]), (1.2, [[4], [1, 6], [2]]):
+        steps = np.array([9, 1, 2, 9, 0, 9, 1])  # rows 0, 3 and 5 are of another value
+        runs = {"disorder_parameter": 0.05 * np.exp(gap * 0.5 * steps)}
+        parts = attraction._parted(runs, np.array([1, 2, 4, 6]))
+        assert [sorted(part) for part in parts] == groups
 
 
 def made_up(state="irregular", r=0.1, length=60.0, **more):

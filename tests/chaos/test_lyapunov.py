@@ -7,12 +7,7 @@ import pytest
 from scipy import stats
 
 from advancing import sliding
-from beltrepro import (
-    ChainParameters,
-    ChainState,
-    Setup,
-    lyapunov_spectrum,
-)
+from beltrepro import ChainParameters, ChainState, Setup, lyapunov_spectrum
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.lyapunov import _mean_of_runs
 from beltrepro.chaos.vectors import (
@@ -25,7 +20,6 @@ from beltrepro.chaos.vectors import (
     with_vectors,
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
-from beltrepro.simulation.groups import integrator_of
 
 EIGHT = {"replicate": range(8), "initial_spread": 1.0}
 
@@ -71,10 +65,7 @@ def test_growth_under_noise_is_that_of_a_deviation_left_alone():
     """
     chain, length = ChainParameters(5, 7.0, 1.0), 2000.0
     (member,) = Setup(chain).cases
-    settings = {"sampling": NO_SAMPLES, "sampled_blocks": 1}
-    put_back, alone = (
-        with_vectors(integrator_of([member], **settings), [member], 2) for _ in range(2)
-    )
+    put_back, alone = (with_vectors([member.state], member, 2) for _ in range(2))
     growth = grow(put_back, length, [], lambda done: None)[0]
     stuck = 0
     for number in range(1, growth.shape[0] + 1):

@@ -26,7 +26,7 @@ def test_a_run_has_left_at_its_first_return_too_far_away(track, begin, first, sh
     times = np.array([3.0, 7.0, 14.0, 21.0, 26.0])
     states = STATES[(first + np.arange(5)) % 3].copy()
     states[2:4, 2] += share * 0.15 * CHAIN.static_friction  # one coordinate, and twice
-    assert track._first_away((times, states, None), begin, 30.0) == leaves
+    assert track.left((times, states, None), begin, 30.0) == leaves
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_a_run_has_left_at_the_last_return_before_three_periods_without(
     track, times, duration, leaves
 ):
     states = STATES[np.arange(len(times)) % 3]
-    assert track._first_away((np.array(times), states, None), 0.0, duration) == leaves
+    assert track.left((np.array(times), states, None), 0.0, duration) == leaves
 
 
 def test_a_chain_comes_back_from_less_than_the_margin_and_not_from_more():

@@ -1,74 +1,157 @@
-"""Periodic orbits: closed forms, differences, exponents, continuation, and what has no orbit."""
+"""Periodic orbits: those of tests/data/periodic_orbits.json, and what has no orbit.
 
-from math import atan, pi
+Each record of the file says how its orbit was `found` in double precision; Newton's method in the
+arithmetic of exact.py then closed it. What follows it again needs neither.
+"""
+
+import dataclasses
+import json
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from mpmath import mp
 
 from advancing import sliding
-from beltrepro import (
-    ChainParameters,
-    ChainState,
-    classify,
-    periodic_orbit,
-    simulate,
-)
+from beltrepro import ChainParameters, ChainState, classify, periodic_orbit, simulate
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.periodic_orbits import close_orbit
+from exact import ONE, Deviations, ExactChain, fixed, real
 
-ELSEWHERE = {"replicate": 1, "initial_spread": 1.0}
-LENGTHS = {"duration": 4000.0, "transient": 2000.0, **ELSEWHERE}
-
-
-@pytest.fixture(scope="module")
-def two():
-    return periodic_orbit(ChainParameters(2, 5.0), **LENGTHS)
-
-
-@pytest.fixture(scope="module")
-def five():
-    return periodic_orbit(ChainParameters(5, 16.0), duration=60000, transient=50000, **ELSEWHERE)
+RECORDS = json.loads((Path(__file__).parents[1] / "data" / "periodic_orbits.json").read_text())
+SHORT = 4  # slips in a period that is followed with forty digits in a second
+MIDDLE = 70  # and with deviations in minutes
+CLOSED = 1e-30
+FIVE = next(
+    number
+    for number, record in enumerate(RECORDS)
+    if (record["n_blocks"], record["belt_velocity"], record["period_events"]) == (5, 16.0, 18)
+)
 
 
-def after(state, time):
-    return simulate(
-        state.parameters, duration=time, method="event", initial_state=state, sample_interval=None
-    ).final_state
+def orbits(slow_above=10**6, most=10**6):
+    """Tests of the records up to so many slips; those of more than some are slow."""
+    return pytest.mark.parametrize(
+        "number",
+        [
+            pytest.param(
+                number,
+                marks=[pytest.mark.slow] if record["period_events"] > slow_above else [],
+                id="N{n_blocks}-u{belt_velocity:g}-{period_events}slips".format(**record),
+            )
+            for number, record in enumerate(RECORDS)
+            if record["period_events"] <= most
+        ],
+    )
 
 
-def numbers(state):
-    return np.concatenate([state.displacements, state.relative_velocities])
+@cache
+def in_double(number):
+    record = RECORDS[number]
+    names = ("displacements", "relative_velocities", "directions")
+    numbers = {name: np.array(list(map(float, record[name]))) for name in names}
+    chain = ChainParameters(record["n_blocks"], record["belt_velocity"])
+    state = dataclasses.replace(ChainState.at_rest(chain), **numbers)
+    return state, close_orbit(state, float(record["period_time"]))
 
 
-@pytest.mark.parametrize("belt_velocity", [0.5, 3.0, 20.0])
-def test_one_block_on_a_linear_spring_has_the_period_of_the_closed_form(belt_velocity):
-    """From F_st the block swings about k to 2 k - F_st, then the belt carries it back."""
-    chain = ChainParameters(1, belt_velocity, linear_limit=1000.0)
-    reach = chain.static_friction * (1 - chain.friction_ratio)
-    period = 2 * (pi - atan(reach / belt_velocity)) + 2 * reach / belt_velocity
-    orbit = periodic_orbit(chain, duration=12 * period, transient=6 * period)
-    assert orbit.period_time == pytest.approx(period, rel=1e-12)
-    assert (orbit.period_events, orbit.period_returns, orbit.erased) == (1, 1, 1)
-    # no deviation but that of the instant outlives the first stick
-    assert orbit.multipliers.tolist() == [1, 0]
-    assert (orbit.largest_multiplier, orbit.exponent) == (0, -np.inf)
+def once_around(record, *, tangent=False):
+    """Follow an orbit for its period: the chain, by how much it misses its start, tangent map.
+
+    In the coordinates of docs/chaos.md; the map (D, D) is None if not asked for. With the flow.
+    """
+    names = ("belt_velocity", "displacements", "relative_velocities", "directions")
+    chain = ExactChain.of(*(record[name] for name in names))
+    begin, flow, blocks = (chain.y, chain.v), chain.flow(), range(1, len(chain.y))
+    free = [(0, i) for i in blocks] + [(1, i) for i in blocks if chain.direction[i]]
+    if tangent:
+        unit = np.zeros((len(free), 2, len(chain.y)), dtype=object)
+        for column, (what, i) in zip(unit, free, strict=True):
+            column[what, i] = ONE
+        chain.deviations = Deviations(unit.tolist())
+    chain.advance(until=fixed(record["period_time"]))
+    end, matrix = (chain.y, chain.v), None
+    if tangent:
+        columns = chain.deviations.columns()
+        matrix = mp.matrix([[real(column[what][i]) for column in columns] for what, i in free])
+    apart = [real(end[what][i] - begin[what][i]) for what, i in free]
+    return chain, apart, mp.matrix([real(flow[what][i]) for what, i in free]), matrix
 
 
-def test_the_orbit_closes(five):
-    """At rest on the belt together, five blocks have no velocity of their own: 5 of 10 remain."""
-    assert (five.period_time, five.period_events) == (pytest.approx(41.0466877, abs=1e-6), 18)
-    assert five.residual < 1e-13
-    run = five.run(sample_interval=None)
-    moved = np.abs(numbers(run.final_state) - numbers(five.state)).max()
-    assert moved < 1e-13 * np.abs(numbers(five.state)).max()
-    assert np.sum(run.events["kind"] == "slip") == 18
-    assert five.erased == np.sum(five.multipliers == 0) == 5
-    assert five.multipliers[five.trivial] == 1
-    assert abs(five.largest_multiplier) < 1
+def multipliers(matrix):
+    """Eigenvalues of a tangent map of a period but the trivial one, largest modulus first."""
+    values = sorted(mp.eig(matrix, right=False), key=lambda mu: abs(mu - 1))
+    return sorted(values[1:], key=lambda mu: -abs(mu))
 
 
-def test_r_and_mean_length_are_those_of_a_run_of_whole_periods(two):
+@orbits()
+def test_each_closes_in_double_precision(number):
+    record, (_, orbit) = RECORDS[number], in_double(number)
+    assert orbit.residual < 1e-11
+    assert orbit.period_events == record["period_events"]
+    assert len(orbit.run(sample_interval=None).events) == record["n_events"]
+    assert orbit.period_time == pytest.approx(float(record["period_time"]), rel=1e-11)
+    assert orbit.erased == np.sum(orbit.multipliers == 0) == record["erased"]
+    assert orbit.multipliers[orbit.trivial] == 1
+    sizes = [abs(complex(*map(float, parts))) for parts in record["multipliers"]]
+    assert abs(orbit.largest_multiplier) == pytest.approx(max(sizes, default=0), rel=1e-5, abs=1e-9)
+
+
+@orbits(slow_above=SHORT)
+def test_each_closes_with_forty_digits(number):
+    """One period in exact arithmetic, by the events of the run in double precision."""
+    record, (start, _) = RECORDS[number], in_double(number)
+    chain, apart, *_ = once_around(record)
+    assert max(map(abs, apart)) < CLOSED
+    assert chain.direction[1:] == record["directions"]
+    how = {"initial_state": start, "sample_interval": None}
+    events = simulate(start.parameters, duration=float(record["period_time"]), **how).events
+    instants = [float(real(time)) for time, *_ in chain.events]
+    assert [event[1:] for event in chain.events] == events[["block", "kind"]].tolist()
+    assert instants == pytest.approx(events["time"], abs=1e-8)
+
+
+@orbits(slow_above=SHORT, most=MIDDLE)
+def test_each_attracts_by_deviations_with_forty_digits(number):
+    record, (_, orbit) = RECORDS[number], in_double(number)
+    with mp.workdps(50):
+        _, _, flow, matrix = once_around(record, tangent=True)
+        carried = max(abs(value) for value in matrix * flow - flow)
+        assert carried < CLOSED * max(map(abs, flow))
+        calculated = multipliers(matrix)
+    exact = np.array(matrix.tolist(), dtype=float)
+    assert np.abs(orbit.monodromy - exact).max() < 1e-9 * np.abs(exact).max()
+    # of a conjugate pair, which has one modulus, either may come first
+    printed = [complex(*map(float, parts)) for parts in record["multipliers"]]
+    upper, expected = (
+        [complex(mu.real, abs(mu.imag)) for mu in each] for each in (calculated, printed)
+    )
+    assert upper == pytest.approx(expected, rel=1e-12, abs=1e-15)
+    assert all(abs(mu) < 1 for mu in calculated)
+
+
+def test_any_instant_of_the_orbit_will_do():
+    """States of the orbit by turns of a period, with some blocks slipping."""
+    state, five = in_double(FIVE)
+    how = {"initial_state": state, "sample_interval": None}
+    states = [
+        simulate(state.parameters, duration=share * five.period_time, **how).final_state
+        for share in (0.21, 0.55, 0.83)
+    ]
+    assert any(np.any(state.directions != 0) for state in states)
+    for state in states:
+        orbit = close_orbit(state, five.period_time)
+        assert orbit.period_time == pytest.approx(five.period_time, abs=1e-10)
+        assert orbit.multipliers == pytest.approx(five.multipliers, abs=1e-9)
+
+
+LENGTHS = {"duration": 4000.0, "transient": 2000.0, "replicate": 1, "initial_spread": 1.0}
+
+
+def test_r_and_mean_length_are_those_of_a_run_of_whole_periods():
     """Samples every 0.1 in one, samples that divide the period in the other."""
+    two = periodic_orbit(ChainParameters(2, 5.0), **LENGTHS)
     how = {"initial_state": two.state, "sample_interval": None}
     run = simulate(two.parameters, duration=100 * two.period_time, **how)
     assert run.disorder_parameter == pytest.approx(two.disorder_parameter, rel=1e-4)
@@ -77,29 +160,6 @@ def test_r_and_mean_length_are_those_of_a_run_of_whole_periods(two):
     assert motion["period_time"][0] == pytest.approx(two.period_time, abs=1e-9)
     for name in ("period_events", "period_returns"):
         assert motion[name][0] == getattr(two, name)
-
-
-def test_the_monodromy_is_that_of_central_differences(five):
-    """One coordinate at a time, 1e-5 to either side; all blocks are stuck at the state."""
-    apart = 1e-5
-    for block in range(5):
-        shift = apart * np.eye(5)[block]
-        ahead, behind = (
-            after(five.state.moved(positions=five.state.positions + side * shift), five.period_time)
-            for side in (1, -1)
-        )
-        column = (ahead.displacements - behind.displacements) / (2 * apart)
-        assert np.abs(column - five.monodromy[:, block]).max() < 1e-6
-
-
-def test_any_instant_of_the_orbit_will_do(five):
-    """States of the orbit by turns of a period, with some blocks slipping."""
-    states = [after(five.state, share * five.period_time) for share in (0.21, 0.55, 0.83)]
-    assert any(np.any(state.directions != 0) for state in states)
-    for state in states:
-        orbit = close_orbit(state, five.period_time)
-        assert orbit.period_time == pytest.approx(five.period_time, abs=1e-10)
-        assert orbit.multipliers == pytest.approx(five.multipliers, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -118,18 +178,11 @@ def test_bad_input_is_one_line(changes, message):
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("chain", "message"),
-    [
-        (ChainParameters(7, 10.0), "no orbit closes near the state after about the time 50"),
-        (ChainParameters(3, 60.0), "equilibrium slip"),
-    ],
-)
-def test_what_does_not_come_back_is_one_line(chain, message):
-    if chain.n_blocks == 7:
-        begin = ChainState.at_rest(chain, chain.rest_positions + np.arange(7.0))
-        state = after(begin, 3000.0)
-    else:
-        state = sliding(chain, np.array([0.5, -1.0, 1.5]))
-    with pytest.raises(InputError, match=message):
-        close_orbit(state, 50.0)
+def test_what_does_not_come_back_is_one_line():
+    chain = ChainParameters(7, 10.0)
+    start = ChainState.at_rest(chain, chain.rest_positions + np.arange(7.0))
+    irregular = simulate(chain, duration=3000.0, initial_state=start).final_state
+    with pytest.raises(InputError, match="no orbit closes near the state after about the time 50"):
+        close_orbit(irregular, 50.0)
+    with pytest.raises(InputError, match="equilibrium slip"):
+        close_orbit(sliding(ChainParameters(3, 60.0), np.array([0.5, -1.0, 1.5])), 50.0)

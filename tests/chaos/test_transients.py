@@ -7,12 +7,7 @@ import pytest
 from scipy import stats
 
 from advancing import sliding
-from beltrepro import (
-    ChainParameters,
-    ChainState,
-    simulate,
-    time_to_orbit,
-)
+from beltrepro import ChainParameters, ChainState, simulate, time_to_orbit
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL

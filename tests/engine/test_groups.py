@@ -80,7 +80,7 @@ def test_chains_advance_together_that_share_all_an_integrator_takes_from_the_fir
     changes, together
 ):
     made_points = points_of(changes)
-    parts = [group.tolist() for group, _ in in_groups(made_points, lambda *_: None, None)]
+    parts = [group.tolist() for group, _ in in_groups(made_points, lambda group: None, None)]
     assert parts == ([[0, 1]] if together else [[0], [1]])
     # and each of these makes another run of it
     assert made_points[0].identity != made_points[1].identity

@@ -59,8 +59,11 @@ def chunk_of(end, *chains):
     return SimpleNamespace(end=end, events=events, event_count=np.array([len(c) for c in chains]))
 
 
+REST = ChainState.at_rest(ChainParameters(2, 5.0))
+
+
 def activity(*chunks, start=10.0, laminar_time=4.0):
-    activity_of_run = SlipActivity(len(chunks[0].event_count), 2, start, laminar_time)
+    activity_of_run = SlipActivity([REST] * len(chunks[0].event_count), start, laminar_time)
     for chunk in chunks:
         activity_of_run.observe(chunk)
     return activity_of_run
@@ -216,7 +219,7 @@ def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
 
     for ends in ([whole], [0.3 * whole, 0.35 * whole, whole], np.linspace(1.0, whole, 50)):
         log, returns = EventLog(2, CHAIN.rest_positions), ReturnLog(2)
-        forward, activity = ForwardSlip(states), SlipActivity(2, 3, 60.0, 1.0)
+        forward, activity = ForwardSlip(states), SlipActivity(states, 60.0, 1.0)
         sections = [SectionValues(np.array([10.0, 20.0]), room, 60.0) for room in (4, 30)]
         for chunk in cut_run(events, crossings, ends):
             for observer in (log, returns, forward, activity, *sections):

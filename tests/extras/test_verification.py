@@ -8,7 +8,7 @@ import small_plans
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.extras import verification
-from beltrepro.extras.verification import NEAR, SAME, WRONG
+from beltrepro.extras.verification import MISSING, NEAR, SAME, WRONG
 from beltrepro.replication.plan import io
 from beltrepro.replication.plan.points import columns
 
@@ -99,7 +99,7 @@ def test_missing_and_damaged_files_are_named(compared, tmp_path):
     (folder / "figures" / "fig01.png").write_bytes(b"no seal")
     assert "fig01.png: has no seal" in compare()["fig01.png"].words
     (folder / "datasets" / "rows.h5").unlink()
-    assert "rows.h5: no such file" in compare()["rows"].words
+    assert compare()["rows"] == ("rows", MISSING, "")
     with pytest.raises(InputError, match="no datasets there"):
         verification.write_list(folder / "l.json", folder)
     for path in (folder / "tables" / "t.csv", folder / "claims.csv"):
@@ -108,7 +108,7 @@ def test_missing_and_damaged_files_are_named(compared, tmp_path):
     (folder / "tables" / "t.csv").write_text("n\n1\n")
     assert "t.csv: has no seal" in compare()["t"].words
     (folder / "tables" / "t.csv").unlink()
-    assert "t.csv: no such file" in compare()["t"].words
+    assert compare()["t"] == ("t", MISSING, "")
     write_table(folder / "tables" / "t.csv", n=[2])
     assert compare(**OTHER)["t"].outcome == WRONG  # the dataset is missing, so nothing tells where
 
@@ -134,6 +134,14 @@ def test_the_command_says_what_it_found(compared, tmp_path, capsys):
     assert shown.out == "1 wrong, 2 the same bits\ndifferent: see the lines above\n"
     assert shown.err.startswith(f"error: {folder / 'datasets' / 'rows.h5'}: disorder_parameter has")
     assert cli.main([*words, "--write"]) == 0 and cli.main(words) == 0
+    capsys.readouterr()
+    for name in ("tables/t.csv", "claims.csv"):
+        (folder / name).unlink()
+    assert cli.main(words) == 1
+    shown = ["not made: claims, t", "1 the same bits, 2 not made", "so far right: 1 of 3 are made"]
+    assert capsys.readouterr() == ("\n".join([*shown, ""]), "")
+    (folder / "datasets/rows.h5").unlink()
+    assert cli.main(words) == 2 and "nothing of what" in capsys.readouterr().err
 
 
 EMPTY_ENTRY = '{"preset": "a", "run": "a", "machine": {}, "tables": {}, "datasets": {"a": {}}}'

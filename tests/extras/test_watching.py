@@ -22,7 +22,7 @@ CHAIN = ChainParameters(3, 15.0, 1.0)
 @pytest.fixture
 def window():
     canvas = FigureCanvasAgg(Figure(figsize=(8, 5)))
-    return watch.Window(watch.Watched(CHAIN, 250.0, 4), canvas.figure, 2.0, 1 / 24)
+    return watch.Window(watch.Watched(CHAIN, 250.0, 4), canvas.figure, 2.0)
 
 
 def test_what_is_shown_is_where_the_chain_is(window):
@@ -90,7 +90,7 @@ def test_a_window_is_drawn_as_a_whole_picture_is(window):
 
 def test_the_command_writes_a_film_in_which_the_last_block_is_white(tmp_path, capsys):
     path = tmp_path / "a.mp4"
-    words = ["watch", "--n-blocks=2", "--belt-velocity=15", "--fps=10", "--duration=0.3"]
+    words = ["watch", "--n-blocks=2", "--belt-velocity=15", "--duration=0.125"]
     assert cli.main([*words, "--transient=30", f"--output={path}"]) == 0
     assert capsys.readouterr() == (f"{path}: 3 frames\n", "")
     with av.open(str(path)) as film:

@@ -33,13 +33,11 @@ def with_numbers(folder, *numbers):
     claims.loc[ours, "robust_reading"] = numbers[-1][0]
     names = ("reading", "name", "value", "low", "high", "decides",
              "allowed_low", "allowed_high", "verdict")  # fmt: skip
-    rows = [
-        {"id": "u-critical", "runs": 8, **dict(zip(names, row, strict=True))} for row in numbers
-    ]
-    estimates = pd.concat([estimates[estimates["id"] != "u-critical"], pd.DataFrame(rows)])
+    rows = pd.DataFrame(numbers, columns=names).assign(id="u-critical", runs=8)
+    estimates = pd.concat([estimates[estimates["id"] != "u-critical"], rows])
     folder.mkdir(exist_ok=True)
-    for name, table in (("claims.csv", claims), ("estimates.csv", estimates)):
-        table.to_csv(folder / name, index=False)
+    claims.to_csv(folder / "claims.csv", index=False)
+    estimates.to_csv(folder / "estimates.csv", index=False)
     return read(folder)
 
 
@@ -54,10 +52,9 @@ def test_all_that_the_tables_say_is_read(tmp_path):
     made = read(tmp_path)
     assert list(made) == list(LEDGER)
     for row in claims.to_dict("records"):
-        result = made[row["id"]]
-        rows = estimates[estimates["id"] == row["id"]]
-        assert (result.paper, result.note, result.dataset) == (
-            row["paper"], row["note"], row["dataset"])  # fmt: skip
+        result, rows = made[row["id"]], estimates[estimates["id"] == row["id"]]
+        for name in ("paper", "note", "dataset"):
+            assert getattr(result, name) == row[name]
         assert list(result.readings) == list(rows["reading"].unique())
         for question, answer in result.answers.items():
             assert answer.verdict == row[question] == result.verdicts[question]
@@ -68,10 +65,9 @@ def test_all_that_the_tables_say_is_read(tmp_path):
             deciding = of_reading[of_reading["decides"].str.contains(question)]
             for number, other in zip(answer.judged, deciding.to_dict("records"), strict=True):
                 assert (number.name, number.verdict) == (other["name"], other["verdict"])
-                ends = (*number.estimate.numbers, *number.allowed)
-                expected = [other[name] for name in
-                        ("value", "low", "high", "allowed_low", "allowed_high")]  # fmt: skip
-                assert ends == pytest.approx(expected, rel=1e-5)
+                ends = ("value", "low", "high", "allowed_low", "allowed_high")
+                expected = pytest.approx([other[name] for name in ends], rel=1e-5)
+                assert [*number.estimate.numbers, *number.allowed] == expected
     for question, numbers in count(made).items():
         answers = claims.loc[claims["kind"].isin(["number", "shape", "recording"]), question]
         assert numbers == dict.fromkeys(VERDICTS, 0) | Counter(answers)
@@ -79,16 +75,12 @@ def test_all_that_the_tables_say_is_read(tmp_path):
 
 def test_each_question_has_the_numbers_of_its_reading_by_its_range(tmp_path):
     same = (*ROW[:5], "robust", 17.0, 18.0, "no")
-    answers = with_numbers(tmp_path, ROW, same)["u-critical"].answers
-    judged = [answer.judged[0] for answer in answers.values()]
-    assert [number.allowed for number in judged] == [(15.0, 18.0), (17.0, 18.0)]
-    assert [number.verdict for number in judged] == ["yes", "no"]
-    replicated, robust = with_numbers(tmp_path, ROW, BESIDE, EXACT)["u-critical"].answers.values()
-    assert list(replicated.numbers) == ["critical"] and list(robust.numbers) == [
-        "width",
-        "critical",
-    ]
-    assert [number.name for number in robust.judged] == ["critical"]
+    answers = with_numbers(tmp_path, ROW, same)["u-critical"].answers.values()
+    judged = [(number.allowed, number.verdict) for one in answers for number in one.judged]
+    assert judged == [((15.0, 18.0), "yes"), ((17.0, 18.0), "no")]
+    answers = with_numbers(tmp_path, ROW, BESIDE, EXACT)["u-critical"].answers.values()
+    assert [list(one.numbers) for one in answers] == [["critical"], ["width", "critical"]]
+    assert [[number.name for number in one.judged] for one in answers] == [["critical"]] * 2
 
 
 def test_tables_that_do_not_fit_are_refused(tmp_path):
@@ -97,10 +89,38 @@ def test_tables_that_do_not_fit_are_refused(tmp_path):
     claims.write_text(claims.read_text().replace("u-critical,", "u-crit,"))
     with pytest.raises(InputError, match=r"claims.csv: damaged: its bytes are not those of its se"):
         read(tmp_path)
-    for old, new in (("u-critical,", "u-crit,"), ("replicated", "variant")):
-        claims.write_text(whole.replace(old, new))
-        with pytest.raises(InputError, match="made by an earlier version, without '"):
-            read(tmp_path)
+    claims.write_text(whole.replace("replicated", "variant"))
+    with pytest.raises(InputError, match="made by an earlier version, without 'replicated'"):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("table", "column", "cell", "message"),
+    [
+        ("claims", "id", "u-critica", "id = 'u-critica': no claim of this version; did you mean"),
+        ("claims", "robust", "", "robust = '': allowed are yes, in part,"),
+        ("estimates", "id", "", "id = '': no claim"),
+        ("estimates", "value", "1,5", "value = '1,5': not a number"),
+        ("estimates", "runs", "eight", "runs = 'eight': not a number"),
+        ("estimates", "allowed_low", "", "decides, and has no allowed_low"),
+        ("estimates", "verdict", "yess", "verdict = 'yess': .* did you mean 'yes'"),
+    ],
+)
+def test_a_cell_that_is_none_is_named_with_its_row(tmp_path, table, column, cell, message):
+    tables = dict(zip(("claims", "estimates"), made_up_results.tables(), strict=True))
+    tables[table] = tables[table].astype(object)
+    tables[table].loc[4, column] = cell
+    for name, rows in tables.items():
+        rows.to_csv(tmp_path / f"{name}.csv", index=False)
+    with pytest.raises(InputError, match=f"{table}.csv: row 5: {message}"):
+        read(tmp_path)
+
+
+def test_rows_with_more_cells_than_columns_are_refused(tmp_path):
+    """Pandas would take the first for names, and each value for that of the column before."""
+    (tmp_path / "a.csv").write_text("id,replicated\nx,1,2\ny,3,4\n")
+    with pytest.raises(InputError, match=r"a.csv: its rows have more cells than its first line"):
+        io.read_as_text(tmp_path / "a.csv")
 
 
 def test_sentences_take_their_numbers_from_the_tables(tmp_path):
@@ -120,11 +140,9 @@ def test_sentences_take_their_numbers_from_the_tables(tmp_path):
 def test_findings_name_what_the_ledger_has():
     places = [row["place"] for row in findings.words()["numbers"]]
     for entry in findings.words()["findings"]:
-        assert entry["figure"] in registry.figures() and entry["verdicts"]
-        for claim, wanted in entry["verdicts"].items():
-            assert (
-                claim in LEDGER and {*wanted} <= {*QUESTIONS} and {*wanted.values()} <= {*VERDICTS}
-            )
+        assert entry["figure"] in registry.figures() and entry["verdicts"].keys() <= LEDGER.keys()
+        for wanted in entry["verdicts"].values():
+            assert {*wanted} <= {*QUESTIONS} and {*wanted.values()} <= {*VERDICTS}
         places += [*names_in(entry["text"]), *entry["numbers"]]
     for place in places:
         claim, name = place.removeprefix("robust ").split(": ")
@@ -178,9 +196,8 @@ def test_runs_are_compared_by_what_both_decide(tmp_path):
         tested = [one for one in statements(ours) if not one.claim.criteria[question].untestable]
         both = len(tested) - fewer
         assert compared.agreement[question] == (both, both - 2, 1)
-        differing = [row for row in compared.differing if row[1] == question]
-        assert sorted(differing) == sorted(
-            [("r-jump", question, "yes", "no"), (several, question, "yes", "in part")]
-        )
+        differing = {row for row in compared.differing if row[1] == question}
+        answers = {"r-jump": "no", several: "in part"}
+        assert differing == {(name, question, "yes", word) for name, word in answers.items()}
     other.write_text("id,variant,verdict\nr-jump,,holds\n")  # of an earlier version
     assert compare(ours, other).agreement["robust"] == (0, 0, 0)

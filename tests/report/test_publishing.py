@@ -83,8 +83,8 @@ def test_readme_has_the_numbers_of_the_published_run():
     results = read(PUBLISHED)
     for question, numbers in count(results).items():
         assert f"| {question} | {' | '.join(map(str, numbers.values()))} |" in written
-    u = results["u-critical"].answers
-    cells = (u[question].numbers["critical"].estimate.words for question in u)
+    answers = results["u-critical"].answers.values()
+    cells = (answer.numbers["critical"].estimate.words for answer in answers)
     assert f"| 16.5 | {' | '.join(cells)} |" in written
 
 
@@ -130,31 +130,26 @@ def test_the_article_has_every_statement_with_its_numbers(run):
     texts = (page.extract_text().rstrip() for page in reader.pages)
     words = plain(" ".join(re.sub(r"\n\d+$", "", text) for text in texts))
     results = read(run)
-    for result in results.values():
-        assert plain(typeset(result.claim.statement)) in words
+    entries = [result.claim.statement for result in results.values()]
     for result in statements(results):
         for question, answer in result.answers.items():
             lenient = result.claim.criteria[question].lenient
             for number in answer.judged:
                 prefix = "robust " if question == "robust" else ""
                 value = findings.filled(f"{{{prefix}{result.id}: {number.name}}}", results)
-                allowed = [range_in_words(number.allowed)]
-                if number.name in lenient:
-                    allowed.append(range_in_words(lenient[number.name]))
-                entry = f"{number.name} {value} [{' | '.join(allowed)}]"
-                assert plain(typeset(entry)) in words
+                ranges = number.allowed, lenient.get(number.name, number.allowed)
+                both = " | ".join(dict.fromkeys(map(range_in_words, ranges)))
+                entries.append(f"{number.name} {value} [{both}]")
     verdicts = count(results)
     tested = sum(verdicts["robust"].values()) - verdicts["robust"]["not testable"]
-    for text in (
+    entries += [
         f"By the protocol {verdicts['replicated']['yes']} of ",
         f"Of {tested} statements {verdicts['robust']['yes']} pass it",
-        f"velocity u = {results['u-critical'].answers['replicated'].judged[0].estimate.words}",
         f"(beltrepro {io.said(run / 'claims.csv')['code_version']})",
-    ):
-        assert plain(text) in words
+    ]
+    assert [entry for entry in entries if plain(typeset(entry)) not in words] == []
     root = reader.trailer["/Root"]
     assert root["/MarkInfo"]["/Marked"] and "/StructTreeRoot" in root  # for screen readers
-    assert reader.metadata["/Author"] == "beltrepro authors"
 
 
 CONDITIONS = [

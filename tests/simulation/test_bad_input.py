@@ -155,4 +155,3 @@ def test_misspelt_missing_and_wrong_options_are_named(capsys, monkeypatch, tmp_p
 
 def test_output_is_refused_before_anything_is_computed(capsys, tmp_path):
     refuse(capsys, "simulate", RUNS | {"output": tmp_path}, "is a folder")
-    refuse(capsys, "simulate", RUNS | {"from-state": tmp_path / "no.h5"}, "no such file")

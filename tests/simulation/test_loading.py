@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, Grid, catalogue, scan, simulate
+from beltrepro import ChainParameters, ChainState, Grid, catalogue, scan, simulate
+from beltrepro.model.spring import balance_length
 from beltrepro.simulation.loading import beginning
 
 SLOW = ChainParameters(10, 1.0)
@@ -48,9 +49,33 @@ def test_several_chains_get_one_line_with_the_one_that_takes_longest():
     assert re.match(r"\d of 6 chains: loading is measured too \(N=10, u=1", line)
 
 
+def test_a_later_state_of_undeformed_springs_has_loaded_nothing():
+    state = ChainState.at_rest(SLOW, time=5000.0)
+    assert lines(simulate, SLOW, duration=2000.0, initial_state=state, **NO_SAMPLES)
+
+
 def test_going_on_from_a_loaded_state_needs_no_transient():
     loaded = simulate(SLOW, duration=1400.0, transient=1300.0, **NO_SAMPLES).final_state
     assert not lines(simulate, SLOW, duration=2000.0, initial_state=loaded, **NO_SAMPLES)
+
+
+@pytest.mark.parametrize(
+    ("length", "velocities"),
+    [(10.0, [5.0] * 60), (300.0, [0.5] * 20), (20.0, np.arange(1.0, 21.0, 0.2)),
+     (50.0, np.arange(20.0, 2.0, -0.2))],
+)  # fmt: skip
+def test_pieces_of_a_run_are_told_of_while_the_chain_loads_and_never_later(length, velocities):
+    """At constant u, and in a ramp that a chain goes up or down."""
+    state, begun = None, (balance_length(ChainParameters(5, 1.0)) - 250.0) / velocities[0]
+    for number, velocity in enumerate(velocities):
+        chain = ChainParameters(5, velocity)
+        options = {"duration": length, "initial_state": state, **NO_SAMPLES}
+        told = lines(simulate, chain, **options)
+        assert number > 0 or told
+        assert number * length <= 1.1 * begun or not told
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            state = simulate(chain, **options).final_state
 
 
 def test_hardly_a_run_of_stationary_motion_is_taken_for_loading():

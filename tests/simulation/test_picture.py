@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from beltrepro import ChainParameters, simulate
-from beltrepro.cli import app as cli
+from beltrepro.base.errors import InputError
 from beltrepro.simulation import picture
 
 CHAIN = ChainParameters(3, 10.0, 1.0)
@@ -68,14 +68,8 @@ def test_files_of_each_kind(run, tmp_path, suffix):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_without_a_display_the_command_draws_beside_the_run(run, tmp_path, capsys):
-    run.save(tmp_path / "run.h5")
+def test_without_a_display_a_file_is_asked_for(run):
     with matplotlib.rc_context():
         matplotlib.use("agg")
-        assert cli.main(["plot", str(tmp_path / "run.h5")]) == 0
-        before = (tmp_path / "run.png").read_bytes()
-        assert before.startswith(b"\x89PNG")
-        assert str(tmp_path / "run.png") in capsys.readouterr().out
-        assert cli.main(["plot", str(tmp_path / "run.h5")]) == 2
-    assert "is there already; --force overwrites it" in capsys.readouterr().err
-    assert (tmp_path / "run.png").read_bytes() == before
+        with pytest.raises(InputError, match="no display to show the figure on: name a file"):
+            run.plot()

@@ -7,6 +7,7 @@ import pytest
 
 from beltrepro import (
     ChainParameters,
+    ChainState,
     Grid,
     Results,
     basins,
@@ -71,11 +72,44 @@ def test_results_by_chain_and_from_a_file(returned, tmp_path):
     results.save(tmp_path / "r.h5")
     loaded = Results.load(tmp_path / "r.h5")
     assert loaded.settings.items() >= results.settings.items()
+    assert list(loaded) == list(results) and "columns" not in loaded.settings
     for name, array in results.items():
         np.testing.assert_array_equal(loaded[name], array)
     returned["Run"].save(tmp_path / "run.h5")
     with pytest.raises(InputError, match="not a file of results"):
         Results.load(tmp_path / "run.h5")
+    with pytest.raises(InputError, match=r"r\.csv: pandas.read_csv reads a table"):
+        Results.load(tmp_path / "r.csv")
+    for name, meant in (("r", "disorder_parameter"), ("slip_counts", "slip_count")):
+        with pytest.raises(KeyError, match=f"no array '{name}'; did you mean '{meant}'"):
+            results[name]
+    for other in ("zzz", ["replicate"], slice(2), None):
+        with pytest.raises(KeyError, match=r"no array .*: there are n_blocks, belt_velocity, "):
+            results[other]
+
+
+SLIDING = ChainParameters(1, 5.0, static_friction=10.0)  # slips for ever once its spring is linear
+
+
+@pytest.mark.parametrize(
+    ("chains", "options", "says"),
+    [
+        (ChainParameters(5, 10.0), {"section_position": 99999.0},
+         r"N=5, u=10, sigma=0: x_5 runs from 463\.\d+ to 759\.\d+, never down through 99999$"),
+        (ChainParameters(5, 10.0), {"section_block": 1, "section_position": 300.0},
+         r"x_1 runs from 101\.\d+ to 199\.\d+, never down through 300$"),
+        (SLIDING, {"initial_state": ChainState.in_motion(SLIDING, [57.0], [0.0])},
+         "N=1, u=5, sigma=0: no slip begins and ends: all blocks slip from t = 0 on$"),
+        ([ChainParameters(5, 10.0), ChainParameters(5, 1e-3)], {},
+         r"^1 of 2 chains: N=5, u=0\.001, .*: no slip .*: all blocks stick from t = 0 on; x_5"),
+    ],
+)  # fmt: skip
+def test_a_catalogue_without_rows_says_what_the_chain_did_instead(chains, options, says):
+    with pytest.warns(UserWarning, match=says):
+        catalogue(chains, duration=400.0, transient=100.0, **options)
+    if "section_position" in options and "section_block" not in options:
+        with pytest.warns(UserWarning, match=r"no chain comes down .* from 463\.\d+ to 759\.\d+"):
+            scan(chains, duration=400.0, transient=100.0, **options)
 
 
 def test_samples_of_a_run_have_a_column_for_each_block(returned):

@@ -22,8 +22,7 @@ from beltrepro import (
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.simulation import sampling
-from beltrepro.simulation import setup as setups
+from beltrepro.simulation import trajectories
 
 CHAIN, NOISY = ChainParameters(2, 20.0), ChainParameters(3, 10.0, 1.0)
 STATE = ChainState.at_rest(CHAIN, time=0.5)
@@ -150,16 +149,6 @@ def test_the_start_is_at_rest_on_undeformed_springs():
     assert moved.std() == pytest.approx(0.5, rel=0.1) and abs(moved.mean()) < 0.06
 
 
-@pytest.mark.parametrize("chains", [CHAINS, NOISY, Grid([2, 3], [5.0, 6.0], 1.0, replicates=2)])
-def test_parts_of_a_setup_are_its_cases(chains):
-    several = {"seed": [7, 8, 9], "initial_spread": 0.5} | START if chains is NOISY else {}
-    setup = Setup(chains, **several)
-    parts = [setups.part_of(setup, place) for place in (slice(0, 2), slice(2, None))]
-    cases = [case for part in parts for case in part.cases]
-    assert [case.identity for case in cases] == [case.identity for case in setup.cases]
-    assert [case.state for case in cases] == [case.state for case in setup.cases]
-
-
 # --- runs that repeat each other ---
 
 
@@ -167,14 +156,43 @@ def test_runs_that_repeat_each_other_do_not_pass_silently(recwarn):
     with pytest.warns(UserWarning, match=r"7 of 8 chains repeat.*replicate=range\(8\)$") as warned:
         simulate([NOISY] * 8, duration=1.0, sample_interval=None)
     assert all(warning.filename == __file__ for warning in warned)
-    with pytest.warns(UserWarning, match=r"replicate=range\(2\) and an initial_spread$"):
-        Setup(CHAIN, replicate=[0, 1])
     recwarn.clear()
     Setup(NOISY, replicate=range(8))
     Setup(NOISY, seed=[1, 2])
     Setup(CHAIN, replicate=[0, 1], initial_spread=1e-3)
     Setup([CHAIN, NOISY])
     Setup(CHAIN, time_step=[0.001, 0.002])
+    assert not recwarn.list
+
+
+SEEDS = {"seed": [1, 2]}
+MIX = Grid(2, 20.0, [0.0, 1.0], replicates=4)
+
+
+@pytest.mark.parametrize(
+    ("chains", "options", "advice", "followed"),
+    [
+        ([CHAIN] * 3, {}, "replicate=range(3) and an initial_spread", {"replicate": range(3)}),
+        (CHAIN, {"replicate": range(3)}, "an initial_spread", {}),
+        (CHAIN, SEEDS, "replicate=range(2) and an initial_spread", {"replicate": range(2)}),
+        (CHAIN, SEEDS | {"initial_spread": 1.0}, "replicate=range(2)", {"replicate": range(2)}),
+        (MIX, {}, "an initial_spread", {}),
+        (Grid(2, [9, 9], 1.0), {}, "a Grid of each value once", {"chains": Grid(2, [9], 1.0)}),
+        (
+            [CHAIN] * 2,
+            {"initial_state": STATE},
+            "replicate=range(2) and other states, by ChainState.moved",
+            {"initial_state": [STATE, STATE.moved([50.0, 101.0])]},
+        ),
+    ],
+)
+def test_advice_for_runs_that_repeat_each_other_helps(chains, options, advice, followed, recwarn):
+    Setup(chains, **options)
+    (warning,) = recwarn
+    assert f"runs that differ need {advice}" in str(warning.message)
+    recwarn.clear()
+    spread = {"initial_spread": 1.0} if "initial_spread" in advice else {}
+    Setup(**{"chains": chains} | options | spread | followed)
     assert not recwarn.list
 
 
@@ -256,12 +274,70 @@ def test_vectors_of_shorter_chains_end_with_nan():
     assert np.isnan(few).sum(axis=1).tolist() == [0, 1, 0]
 
 
+# --- what holds numbers ---
+
+
+class Lengths(np.ndarray):
+    """Numbers with a unit, as those of astropy and pint."""
+
+    unit = "m"
+
+
+def test_tables_and_other_holders_of_numbers_are_their_numbers_or_refused():
+    pandas = pytest.importorskip("pandas")
+    rows = [[40.0, 101.0, 149.0], [52.0, 99.0, 155.0]]
+    frame = pandas.DataFrame(rows, columns=[1, 2, 3])  # names that could be positions
+    cases = Setup(NOISY, initial_positions=frame, replicate=[1, 2]).cases
+    assert [case.state.positions.tolist() for case in cases] == rows
+    (case,) = Setup(NOISY, initial_positions=frame.iloc[1]).cases
+    assert case.state.positions.tolist() == rows[1]
+    assert ChainParameters(3, 10.0, mass=frame.loc[0]).mass == tuple(rows[0])
+    assert [chain.belt_velocity for chain in Grid(3, frame[2]).chains] == [101.0, 99.0]
+    assert ChainState.at_rest(NOISY, frame.loc[0]).positions.tolist() == rows[0]
+    masked = np.ma.array(rows[0], mask=[False, True, False])
+    for holder in (frame, frame.T, masked, np.array(rows[0]).view(Lengths), bytearray(b"123")):
+        for called, name in (
+            (lambda held: ChainParameters(3, 10.0, mass=held), "mass"),
+            (lambda held: Grid(3, held), "belt_velocity"),
+            (lambda held: Setup(NOISY, replicate=held), "replicate"),
+            (lambda held: ChainState.at_rest(NOISY, held), "positions"),
+        ):
+            with pytest.raises(InputError, match=f"^{name}"):
+                called(holder)
+
+
+MASSES = "write mass=[(1, 3, 1)] for one chain whose blocks differ so, mass=[1, 3] for several"
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "mass", "says"),
+    [
+        (3, (1, 3, 1), MASSES),
+        (3, [1, 3, 1], MASSES),
+        ([2, 3], np.array([1.0, 3.0, 1.0]), MASSES),
+        (3, (1, 2, 3), "mass=[(1, 2, 3)] for one chain whose blocks differ so, mass=[1, 2, 3] for"),
+        (3, [2, 2], "mass = [2, 2]: write mass=[2] for several"),
+        (3, [1, 2, 3], [1, 2, 3]),
+        (3, (1, 2), [1, 2]),
+        (3, [(1, 3, 1), (1, 1, 3)], [(1, 3, 1), (1, 1, 3)]),
+        (1, (2.0,), [2.0]),
+    ],
+)
+def test_masses_of_blocks_are_not_taken_for_those_of_chains(n_blocks, mass, says):
+    if isinstance(says, list):
+        assert [chain.mass for chain in Grid(n_blocks, 10, mass=mass).chains] == says
+        return
+    with pytest.raises(InputError) as caught:
+        Grid(n_blocks, 10, mass=mass)
+    assert says in str(caught.value)
+
+
 # --- samples and memory ---
 
 
 def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
     chain = ChainParameters(5, 20.0)
-    monkeypatch.setattr(sampling, "available_memory", lambda: 10**9)
+    monkeypatch.setattr(trajectories, "available_memory", lambda: 10**9)
     with pytest.raises(InputError) as caught:
         simulate([chain] * 2, duration=2e6, replicate=[0, 1], initial_spread=1e-3)
     words = str(caught.value)
@@ -269,16 +345,16 @@ def test_samples_that_do_not_fit_are_refused_before_the_start(monkeypatch):
     assert "sample_interval = 0.1" in words and "5.12 GB" in words and "\n" not in words
     fits = float(words.split("from ")[1].split()[0])
     cases = Setup(chain, seed=[1, 2], replicate=1, initial_spread=1.0).cases
-    sampling.check_samples(fits, 0.0, 2e6, cases)
+    trajectories.check_samples(fits, 0.0, 2e6, cases)
     with pytest.raises(InputError):
-        sampling.check_samples(fits / 1.3, 0.0, 2e6, cases)
-    sampling.check_samples(0.1, 1.9e6, 2e6, cases)
+        trajectories.check_samples(fits / 1.3, 0.0, 2e6, cases)
+    trajectories.check_samples(0.1, 1.9e6, 2e6, cases)
 
 
 def test_memory_that_the_system_tells_in_kilobytes_becomes_bytes(monkeypatch):
     text = "MemTotal: 9000 kB\nMemAvailable:    1000 kB\n"
-    monkeypatch.setattr(sampling.Path, "read_text", lambda path: text)
-    assert sampling.available_memory() == 1024 * 1000
+    monkeypatch.setattr(trajectories.Path, "read_text", lambda path: text)
+    assert trajectories.available_memory() == 1024 * 1000
 
 
 # --- what is refused ---

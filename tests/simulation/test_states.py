@@ -240,23 +240,6 @@ def test_a_block_at_rest_slips_at_once_where_its_own_threshold_is_passed(method,
         assert run.final_state.directions[block] == (sign if passed[block] else 0.0)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_slipping_block_follows_the_closed_form(method):
-    # kinetic friction 4.5 along the belt; about its balance the block swings with frequency 1,
-    # never as fast as the belt
-    amplitude = 3.0
-    state = ChainState.in_motion(SLIDING, [50 + 4.5 + amplitude], [0.0])
-    run = simulate(SLIDING, duration=30, method=method, initial_state=state)
-    exact = 54.5 + amplitude * np.cos(run.time)
-    error = np.abs(run.positions[:, 0] - exact).max()
-    # the scheme's frequency is (dt^2 / 24) too high
-    assert error < {"verlet": 2 * amplitude * 30 * 1e-6 / 24, "event": 1e-10}[method]
-    assert run.time[0] == 0 and run.velocities[0, 0] == 0
-    np.testing.assert_array_equal(run.friction, 4.5)
-    assert len(run.events) == 0
-    assert abs(run.energy_residual) < {"verlet": 1e-5, "event": 1e-12}[method]
-
-
 def test_the_scheme_starts_from_a_state_to_second_order():
     chain = ChainParameters(3, 20.0)
     state = simulate(chain, duration=13, sample_interval=None).final_state
@@ -368,20 +351,6 @@ def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
 
 
 # --- runs ---
-
-
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("noise", [0.0, 1.0])
-def test_final_state_is_where_the_samples_end(method, noise):
-    run = simulate(ChainParameters(4, 10.0, noise), duration=60, method=method)
-    for name in ("positions", "velocities"):
-        values = getattr(run.final_state, name)
-        assert type(values) is np.ndarray and values.shape == (4,)
-        np.testing.assert_allclose(values, getattr(run, name)[-1], rtol=0, atol=1e-10)
-    last = dict(zip(run.events["block"], run.events["kind"] == "slip", strict=True))
-    assert len(last) == 4
-    for block, slips in last.items():
-        assert bool(run.final_state.directions[block - 1]) == slips
 
 
 @pytest.mark.parametrize("method", METHODS)

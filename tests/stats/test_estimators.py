@@ -1,8 +1,12 @@
 """Formulas, errors and edges of the estimators, against formulas of other form and plain loops."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+import samples
+from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
@@ -31,26 +35,6 @@ def test_a_histogram_by_hand():
     assert fine.count.tolist() == [1, 1]
     with pytest.raises(NotEnoughDataError, match="no positive value"):
         histogram([0.0, -1])
-
-
-@pytest.mark.parametrize(
-    ("count", "ends"),
-    [
-        ((9, 99, 50, 30, 20, 9, 40), (1, 4)),
-        ((9, 99, 50, 30, 20, 10, 40), (1, 6)),
-        ((9, 99, 9, 30, 20, 10, 40), None),
-        ((10, 20, 30, 40, 50, 60, 999), None),
-    ],
-)
-def test_the_falling_range_at_its_edges(count, ends):
-    centre = 10.0 ** np.arange(7)
-    made = avalanches.Histogram(centre, np.ones(7), np.array([count]))
-    if ends is None:
-        with pytest.raises(NotEnoughDataError, match="holds 10 values"):
-            made.law(falling=True)
-    else:
-        law = made.law(falling=True)
-        assert (law.low, law.high) == pytest.approx(centre[list(ends)])
 
 
 def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
@@ -112,21 +96,24 @@ def test_intermittent_points_at_the_edges_of_the_criterion():
 
 
 @pytest.mark.parametrize(
-    ("slips", "sticks", "start", "expected"),
+    ("slips", "sticks", "start", "velocity", "expected"),
     [
-        ([0, 10], [5.0, 15.5], 0, [[10, 15.5]]),  # longer than the limit only
-        ([10], [8.0, 18.0], 1, [[1, 8], [10, 18]]),  # begun before
-        ([], [8.0], 1, [[1, 8]]),
-        ([3.0], [], 1, [[3, 20]]),  # goes on
-        ([], [], 0, []),
+        ([0, 10], [5.0, 15.5], 0, 9.0, [[10, 15.5]]),  # longer than the limit only
+        ([10], [8.0, 18.0], 1, 9.0, [[1, 8], [10, 18]]),  # begun before
+        ([], [8.0], 1, 9.0, [[1, 8]]),
+        ([3.0], [], 1, 9.0, [[3, 20]]),  # goes on
+        ([], [], 0, 7.0, []),  # rides on the belt all the time
+        ([], [], 1, 9.0, [[1, 20]]),  # slips all the time
     ],
 )
-def test_laminar_phases(slips, sticks, start, expected):
+def test_laminar_phases(slips, sticks, start, velocity, expected):
     rows = [(time, 2, "slip") for time in slips] + [(time, 2, "stick") for time in sticks]
     rows += [(time, 1, "stick") for time in range(20)]  # of another block
     kind = [("time", float), ("block", int), ("kind", "U5")]
     events = np.sort(np.array(rows, kind), order="time")
-    phases = states.last_block_phases(events, 2, 5.0, start=start, stop=20)
+    about = {"n_blocks": 2, "belt_velocity": 7.0, "transient": start, "duration": 20}
+    arrays = {"events": events, "velocities": np.full((9, 2), velocity)}
+    phases = states.laminar_phases(SimpleNamespace(arrays=arrays, attributes=about), 5.0)
     assert phases.tolist() == expected and phases.shape[1:] == (2,)
 
 
@@ -159,14 +146,14 @@ def test_rows_tell_noise_levels_and_order_replicates():
         "noise": np.array([0.3, 0.3, 0.1 + 0.2, 0.3, 0.31, 0.3]),
         "replicate": np.array([1, 1, 0, 0, 0, 0]),
     }
-    row = sections.rows(table, n_blocks=5, noise=0.3)
+    row = sections.cut(table, n_blocks=5, noise=0.3)
     assert row["belt_velocity"].tolist() == [1, 1, 2, 2]
     assert row["replicate"].tolist() == [0, 1, 0, 1]
-    column = sections.columns(table, n_blocks=5, belt_velocity=1.0)
+    column = sections.cut(table, n_blocks=5, belt_velocity=1.0)
     assert column["noise"].tolist() == [0.3, 0.3, 0.31]
     assert column["replicate"].tolist() == [0, 1, 0]
     del table["replicate"]
-    assert sections.rows(table, n_blocks=5, noise=0.3)["belt_velocity"].tolist() == [1, 1, 2, 2]
+    assert sections.cut(table, n_blocks=5, noise=0.3)["belt_velocity"].tolist() == [1, 1, 2, 2]
 
 
 # --- states ---------------------------------------------------------------------------------------
@@ -187,9 +174,13 @@ def one_state(monkeypatch=None, *, last_stick=1e9, share=0.0, count=0, velocitie
 
 def test_states_at_the_edges_of_their_criteria(monkeypatch):
     cycle, wandering = np.tile([1.0, 2.0], 30), 100 * RNG(11).random(60)
-    assert one_state(last_stick=np.nan) == one_state(last_stick=100.0) == states.CONTINUOUS
-    assert one_state(last_stick=100.1, velocities=cycle) == states.TRANSIENT
-    assert one_state(last_stick=199.9, velocities=cycle) == states.TRANSIENT
+    for last_stick, label in (
+        *((np.nan, states.CONTINUOUS), (100.0, states.CONTINUOUS)),
+        *((100.1, states.TRANSIENT), (199.9, states.TRANSIENT)),
+    ):
+        assert one_state(last_stick=last_stick, share=0.01, velocities=cycle) == label
+        # it has not stuck again, and has not slipped for long either: it rides on the belt
+        assert one_state(last_stick=last_stick, velocities=cycle) == states.UNDECIDED
     assert one_state(last_stick=200.0, velocities=cycle) == states.PERIODIC
     assert one_state(share=0.5, count=2, velocities=cycle) == states.INTERMITTENT
     assert one_state(share=0.5, count=1, velocities=cycle) == states.PERIODIC
@@ -206,27 +197,11 @@ def test_states_at_the_edges_of_their_criteria(monkeypatch):
 # --- on maps and samples whose answer is known --------------------------------------------------
 
 
-def logistic(rate, size, start=0.3):
-    """Orbit of the logistic map after a transient."""
-    orbit = np.empty(2000 + size)
-    value = start
-    for step in range(orbit.size):
-        value = rate * value * (1 - value)
-        orbit[step] = value
-    return orbit[2000:]
-
-
-def henon(size):
-    """Orbit of the Henon map with its usual parameters."""
-    orbit = np.empty((size + 100, 2))
-    x, y = 0.1, 0.1
-    for step in range(orbit.shape[0]):
-        x, y = 1 - 1.4 * x * x + y, 0.3 * x
-        orbit[step] = x, y
-    return orbit[100:]
-
-
 ROTATION = np.cos(2 * np.pi * 0.618034 * np.arange(400))
+
+
+def logistic(rate, size):
+    return samples.orbit(samples.logistic(rate), 0.3, size, skip=2000)[:, 0]
 
 
 def test_periods_of_maps():
@@ -244,7 +219,8 @@ def test_the_0_1_test_tells_chaos_from_regular_motion():
 
 
 def test_the_correlation_dimension_of_the_henon_attractor_a_curve_and_a_surface():
-    slope, error = sections.correlation_dimension(henon(5000))
+    orbit = samples.orbit(samples.henon(1.4), [0.1, 0.1], 5000, skip=100)
+    slope, error = sections.correlation_dimension(orbit)
     assert slope == pytest.approx(1.2, abs=0.04) and error < 0.1
     for true in (1, 2):
         flat = RNG(0).random((4000, true)) @ RNG(1).normal(size=(true, 6))
@@ -270,13 +246,6 @@ def test_new_states_are_apart_and_all_others_near_one_of_them(monkeypatch):
     assert 50 < len(new) < 500 and sections.repeated(np.empty((0, 4))).shape == (0,)
 
 
-def bounded_power_law(exponent, low, high, size, seed=1):
-    """Sample of a density ~ x**exponent between low and high, by inversion."""
-    power = 1 + exponent
-    uniform = np.random.default_rng(seed).random(size)
-    return (low**power + uniform * (high**power - low**power)) ** (1 / power)
-
-
 def coloured_noise(slope, size, seed=1):
     """Series whose power spectral density falls as frequency**slope."""
     rng = np.random.default_rng(seed)
@@ -294,9 +263,69 @@ def test_the_slope_of_a_spectrum_is_recovered(slope):
     assert fit.exponent == pytest.approx(slope, abs=0.05)
 
 
+def exponent(values, low=0.01):
+    """Exponent of a series of one sample a unit of time, with its interval."""
+    law = spectra.fit_power_law(*spectra.power_spectrum(values, 1.0), low=low, high=0.3)
+    return spectra.exponent_of(law, values, 1.0)
+
+
+def switching(seed, size=4000):
+    """A series that changes between two kinds of noise some ten times."""
+    rng = RNG(seed)
+    kind = np.searchsorted(np.cumsum(rng.exponential(size / 10, 60)), np.arange(size)) % 2
+    slopes = rng.permutation([-1.0, -2.5])
+    first, second = (coloured_noise(slope, size, (seed, round(-slope))) for slope in slopes)
+    return np.where(kind, first / first.std(), second / second.std())
+
+
+def test_the_exponent_of_motion_of_two_kinds_is_known_as_badly_as_one_run_tells_it():
+    numbers = [exponent(switching(seed)) for seed in range(20)]
+    mean = np.mean([number.value for number in numbers])
+    assert sum(number.low <= mean <= number.high for number in numbers) >= 17
+    steady = [exponent(coloured_noise(-1.0, 4000, seed)) for seed in range(5)]
+    assert all(number.high - number.low < 0.5 for number in steady)
+
+
+def test_the_exponent_of_a_spectrum_of_lines_says_little():
+    """What lies between the lines decides it: noise of a millionth of their power or of less."""
+    lines = sum(np.cos(2 * np.pi * k * 0.023 * np.arange(4000) + k * k) / k for k in range(1, 10))
+    values = [exponent(lines + level * RNG(1).normal(size=4000)) for level in (1e-3, 1e-5)]
+    for one, other in (values, values[::-1]):
+        assert one.low < other.value < one.high and one.high - one.low > 1
+
+
+def test_a_stretch_at_rest_leaves_the_error_of_an_exponent_open():
+    resting = np.where(np.arange(4000) < 1000, 0.0, coloured_noise(-1.0, 4000))
+    assert "error not known" in exponent(resting).words
+
+
+def test_what_rests_has_no_spectrum_of_its_rounding():
+    for values in (np.full(4000, 0.9), 0.9 + 1e-16 * RNG(0).normal(size=4000)):
+        assert not spectra.power_spectrum(values, 1.0)[1].any()
+        with pytest.raises(NotEnoughDataError, match=r"0 points between 0\.01 and 0\.3"):
+            exponent(values)
+
+
+@pytest.mark.thorough
+def test_the_interval_of_one_run_holds_the_mean_of_others():
+    """A chain that switches between two kinds of motion, as no interval of one kind allows."""
+    chain = ChainParameters(3, 10.0, 1.0, mass=(1, 3, 1), linear_limit=np.inf)
+    runs = simulate(
+        [chain] * 72, replicate=range(72), duration=21_000, transient=1000, sample_interval=1.0
+    )
+    series = [run.positions[run.time >= 1000, -1] for run in runs]
+    numbers = [exponent(values, low=0.03) for values in series[:8]]
+    laws = [
+        spectra.fit_power_law(*spectra.power_spectrum(values, 1.0), low=0.03, high=0.3)
+        for values in series[8:]
+    ]
+    others = np.mean([law.exponent for law in laws])
+    assert sum(number.low <= others <= number.high for number in numbers) >= 7
+
+
 @pytest.mark.parametrize("exponent", [-0.87, -1.47, -2.5])
 def test_power_law_exponents_are_recovered_over_less_than_a_decade(exponent):
-    values = bounded_power_law(exponent, 10**1.8, 10**2.6, 20_000)  # edges of bins
+    values = samples.power_law(exponent, 10**1.8, 10**2.6, 20_000)  # edges of bins
     line = histogram(values, bins_per_decade=20).law()
     assert line.exponent == pytest.approx(exponent, abs=0.1)
 

@@ -4,23 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.stats.motion import CLOSED, find_recurrence
-
-
-def orbit(step, start, count, skip=0):
-    state, states = np.atleast_1d(np.asarray(start, dtype=float)), []
-    for index in range(skip + count):
-        state = np.atleast_1d(step(state))
-        if index >= skip:
-            states.append(state)
-    return np.array(states)
-
-
-def logistic(rate):
-    return lambda x: rate * x * (1 - x)
-
-
-def henon(a, b=0.3):
-    return lambda z: np.array([1 - a * z[0] ** 2 + z[1], b * z[0]])
+from samples import henon, logistic, orbit
 
 
 def instants(states):

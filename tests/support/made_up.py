@@ -93,7 +93,7 @@ def scan_of_laws(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.
         noise=noise,
         transient=1e5,
         duration=2e5,
-        laminar_fraction=0.0,
+        laminar_fraction=np.where(named == "continuous", 1.0, 0.0),
         laminar_count=0,
         last_stick_time=np.where(named == "continuous", 0.0, 2e5),
         section_velocity=velocity,

@@ -43,7 +43,7 @@ def written(folder, run):
 
 def part(text, anchor):
     """A section of the page."""
-    (section,) = re.findall(rf'<section id="{anchor}">(.*?)</section>', text, re.S)
+    (section,) = re.findall(rf'<section id="{anchor}".*?>(.*?)</section>', text, re.S)
     return section
 
 

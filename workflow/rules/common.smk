@@ -9,6 +9,7 @@ from snakemake.cli import get_argument_parser
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from beltrepro.base import process
 from beltrepro.base.names import hint
 from beltrepro.replication.plan import lock
 from beltrepro.replication.plan.workflow import Workflow, one_line
@@ -17,10 +18,15 @@ from beltrepro.replication.plan.workflow import Workflow, one_line
 configfile: "config.yaml"
 
 
+process.set_right()  # jobs inherit what is set here
 with one_line():
     FLOW = Workflow(config)
 RUN = FLOW.plan.run
 os.environ[lock.RUN] = str(os.getpid())  # jobs must not outlive this process
+
+# Snakemake formats this path, and would take braces in that of the project for wildcards.
+ENVIRONMENT = workflow.source_path("../envs/beltrepro.yaml")
+ENVIRONMENT = ENVIRONMENT.replace("{", "{{").replace("}", "}}")
 
 # Claims take long, and wait for nearly all datasets. So these come first, and figures are drawn
 # while claims are measured.

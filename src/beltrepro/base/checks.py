@@ -14,6 +14,7 @@ import numpy as np
 
 from beltrepro.base.errors import InputError
 
+_PLAIN = "plain numbers are needed, with no mask and no unit"
 LONGEST_GRID = 100_000  # values of one quantity
 
 
@@ -28,8 +29,18 @@ def shown(value: Any) -> str:
 
 def is_sequence(value: Any) -> TypeGuard[Iterable]:
     """Whether a value has others in an order; text counts as one value."""
-    unordered = isinstance(value, str | bytes | Mapping | Set)
+    unordered = isinstance(value, str | bytes | bytearray | memoryview | Mapping | Set)
     return isinstance(value, Iterable) and not unordered and getattr(value, "ndim", 1) > 0
+
+
+def listed(name: str, value: Iterable) -> list:
+    """What a sequence holds: of an array or a table of pandas its rows."""
+    if not hasattr(value, "__array__"):
+        return list(value)
+    # to iterate over a table gives the names of its columns
+    if (array := _as_array(value)) is None:
+        raise InputError(f"{name} = {shown(value)}: {_PLAIN}")
+    return list(array)
 
 
 def whole_number(name: str, value: Any) -> int:
@@ -142,9 +153,20 @@ def _is_real(value: Any) -> bool:
 
 def _as_numbers(value: Any) -> np.ndarray:
     """The value as an array of floats; of no axis if it is none of numbers."""
-    try:
-        array = np.asarray(value)
-    except ValueError:  # lists of different lengths
+    array = _as_array(value)
+    if array is None or (array.size and array.dtype.kind not in "iuf"):
         return np.array(math.nan)
-    is_numeric = array.dtype.kind in "iuf" or array.size == 0
-    return array.astype(float) if is_numeric else np.array(math.nan)
+    return array.astype(float)
+
+
+def _as_array(value: Any) -> np.ndarray | None:
+    """The value as an array; None if something of it would be lost, or it makes none."""
+    kind = type(value)  # as a table may have a column of such a name
+    has_unit = hasattr(kind, "unit") or hasattr(kind, "units")
+    is_masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
+    if has_unit or is_masked or not is_sequence(value):
+        return None
+    try:
+        return np.asarray(value)
+    except Exception:  # lists of different lengths; arrays of somebody else on another device
+        return None

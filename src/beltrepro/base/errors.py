@@ -26,7 +26,7 @@ def require(condition: object, reason: str) -> None:
 
 
 @contextmanager
-def needing(purpose: str, extra: str = "replication") -> Iterator[None]:
+def needing(purpose: str, extra: str = "results") -> Iterator[None]:
     """Say in one line which extra of the package brings what is imported within this block."""
     try:
         yield

@@ -16,14 +16,14 @@ SYMBOLS = {"N": "n_blocks", "u": "belt_velocity", "sigma": "noise", "dt": "time_
            "F_st0": "static_friction", "f_s": "friction_ratio", "l": "rest_length",
            "Delta_l_max": "linear_limit", "b_1": "compression_rate", "b_2": "extension_rate",
            "m": "mass", "k": "stiffness", "v_w": "weakening_velocity", "eta": "viscosity",
-           "t": "duration"}  # fmt: skip
+           "t": "duration", "r": "disorder_parameter"}  # fmt: skip
 
 # What left in version 2.0, and what does the same.
 LEFT = {
     "Audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
     "audit": "`energy_residual` and `sum_rule_residual` of a Run test it",
     "bench": "`make bench` measures the integrators",
-    "branch": "`beltrepro classify --lower --upper` follows an orbit",
+    "branch": "in Python `orbit_branch` follows an orbit",
     "cache": "`make cache` compiles the integrators",
     "close_orbit": "`periodic_orbit` from a state near it, or `orbit_branch` gives the orbit",
     "finite_time": "means over stretches of `spectrum.growth` are the same",

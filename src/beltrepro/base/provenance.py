@@ -48,20 +48,30 @@ def code_version() -> str:
 
 
 def _commit_of_git(tree: Path) -> str:
-    """The commit that is checked out; empty if git is not there, or refuses."""
+    """The commit that is checked out; empty if git is not there."""
     options = ["--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
-    command = ["git", "--no-optional-locks", "-C", str(tree), "describe", *options]
+    # git asks whose the tree is before it reads settings in it; code of the tree runs here already
+    command = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(tree), "describe"]
+    # hooks and `git rebase --exec` name their own repository and index in variables
+    own = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     try:
-        return subprocess.run(command, capture_output=True, text=True).stdout.strip()
+        done = subprocess.run([*command, *options], capture_output=True, text=True, env=own)
     except OSError:
         return ""
+    return done.stdout.strip()
 
 
 def _commit_of_archive(tree: Path) -> str:
+    """The commit of `git archive`, which gives all files its time: a younger one was edited."""
     path = tree / COMMIT_FILE
     text = path.read_text(encoding="utf-8") if path.is_file() else ""
-    node = re.search(r"^node: ([0-9a-f]{12})", text, re.M)
-    return node[1] if node else ""
+    if not (node := re.search(r"^node: ([0-9a-f]{12})", text, re.M)):
+        return ""
+    latest = path.stat().st_mtime + 10  # unpacked without the times, files follow in seconds
+    code = (file for folder in (ROOT, tree / "workflow") for file in folder.rglob("*.*"))
+    kept = (file for file in code if "__pycache__" not in file.parts)
+    is_edited = any(file.stat().st_mtime > latest for file in kept)
+    return node[1] + ".dirty" * is_edited
 
 
 def _processor() -> str:

@@ -37,8 +37,8 @@ def check(path: Path) -> int:
         end = file.seek(max(0, size - len(_seal(path, "0" * 64))))
         said = file.read()
         if MARKER.encode() not in said:
-            whose = "an older version made it, or another program changed it"
-            raise InputError(f"{path}: has no seal: {whose}: {REMEDY}")
+            whose = "another program made it or changed it; if it should be a result of beltrepro"
+            raise InputError(f"{path}: has no seal: {whose}, {REMEDY}")
         file.seek(0)
         digest = hashlib.sha256()
         while piece := file.read(min(1 << 20, end - file.tell())):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import chain
+from functools import partial
+from itertools import chain, cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,13 +61,12 @@ class Attractor:
     label: int = 0  # from 1; 0 until it is known
 
     @classmethod
-    def of_runs(cls, value: float, starts: int, runs: Results, rows: Sequence[int]) -> Attractor:
+    def of_runs(cls, value: float, starts: int, runs: Results, rows: list[int]) -> Attractor:
         """That of some runs."""
-        state, time, events = (
-            runs[name][rows[0]].item() for name in ("state", "period_time", "period_events")
-        )
+        names = "state", "period_time", "period_events"
+        state, time, events = (runs[name][rows[0]].item() for name in names)
         r, length = (float(np.mean(runs[name][rows])) for name in MOMENTS)
-        return cls(value, starts, state, time, events, r, length, rows=list(rows))
+        return cls(value, starts, state, time, events, r, length, rows=rows)
 
     @property
     def reached_by(self) -> int:
@@ -90,7 +89,7 @@ class Attractor:
         same = period_events == self.period_events
         same = same and abs(period_time / self.period_time - 1) < _SAME
         if not same or self.orbit is None:
-            return bool(same)
+            return same
         rests = self.orbit.parameters.rest_positions
         length = crossing[len(rests) - 1] + rests[-1]
         apart = np.abs(_crossings(self.orbit, length) - crossing).max(axis=1)
@@ -102,8 +101,7 @@ class Attractor:
             return np.inf
         if self.state == EQUILIBRIUM:
             return 0.0
-        r = self.disorder_parameter, other.disorder_parameter
-        lengths = self.mean_length, other.mean_length
+        r, lengths = ([getattr(one, name) for one in (self, other)] for name in MOMENTS)
         scale = max(r) * min(lengths)
         return float(np.hypot(np.log(r[0] / r[1]), (lengths[0] - lengths[1]) / scale))
 
@@ -208,10 +206,8 @@ def basins(
         P chains of one number of blocks, without noise.
     duration : float
         Model time after which a run counts as irregular.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`; the method must be "event".
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`; the method must be "event".
 
     Returns
     -------
@@ -256,33 +252,28 @@ def _differing(made: Setup) -> str:
 def _attractors(made: Setup, runs: Results, quantity: str, value: float) -> list[Attractor]:
     """The attractors on which the runs of one value end, those of many starts first."""
     rows = np.flatnonzero(runs[quantity] == value)
-    states, here = runs["state"][rows], (value, len(rows), runs)
-    attractors = [
-        Attractor.of_runs(*here, part) for part in _parted(runs, rows[states == IRREGULAR])
-    ]
-    if sliding := rows[states == EQUILIBRIUM].tolist():
-        attractors.append(Attractor.of_runs(*here, sliding))
-    periodic: list[Attractor] = []
-    for row in rows[states == PERIODIC].tolist():
+    state, new = runs["state"][rows], partial(Attractor.of_runs, value, len(rows), runs)
+    together = [*_parted(runs, rows[state == IRREGULAR]), rows[state == EQUILIBRIUM]]
+    attractors = [new(part.tolist()) for part in together if part.size]
+    for row in rows[state == PERIODIC].tolist():
         crossing = runs["return_state"][row]
         period = float(runs["period_time"][row]), int(runs["period_events"][row])
-        reached = next((one for one in periodic if one.is_of(*period, crossing)), None)
+        reached = next((one for one in attractors if one.is_of(*period, crossing)), None)
         if reached is None:
-            periodic.append(reached := Attractor.of_runs(*here, [row]))
+            attractors.append(reached := new([row]))
             parameters, (places, speeds) = made.cases[row].parameters, np.split(crossing, 2)
             places, speeds = places + parameters.rest_positions, speeds + parameters.belt_velocity
             reached.close(ChainState.in_motion(parameters, places, speeds))
         else:
             reached.rows.append(row)
-    return sorted([*attractors, *periodic], key=lambda attractor: -attractor.reached_by)
+    return sorted(attractors, key=lambda attractor: -attractor.reached_by)
 
 
-def _parted(runs: Results, rows: np.ndarray) -> list[list[int]]:
+def _parted(runs: Results, rows: np.ndarray) -> list[np.ndarray]:
     """Runs of irregular motions: those with a gap between their r are not one."""
     rows = rows[np.argsort(runs["disorder_parameter"][rows], kind="stable")]
     gaps = np.diff(np.log(runs["disorder_parameter"][rows])) > _ALIKE
-    parts = np.split(rows, np.flatnonzero(gaps) + 1)
-    return [part.tolist() for part in parts if part.size]
+    return np.split(rows, np.flatnonzero(gaps) + 1)
 
 
 def _label(
@@ -355,25 +346,24 @@ def _draw(basins: Basins) -> Figure:
 
     from beltrepro.simulation.picture import LOOK
 
-    def colour(label: int) -> str:
-        return _COLOURS[(label - 1) % len(_COLOURS)]
-
+    labels = sorted({one.label for one in basins.attractors})
+    colour = dict(zip(labels, cycle(_COLOURS), strict=False))
     with style.context(["default", LOOK]):
         figure = Figure(figsize=(5.2, 4.6), layout="constrained")
         disorder, shares = figure.subplots(2, 1, sharex=True)
         for label, branch in basins.branches.items():
             line = branch.parameter, branch.disorder_parameter
-            disorder.plot(*line, color=colour(label), linewidth=1)
+            disorder.plot(*line, color=colour[label], linewidth=1)
         for state, marker in _MARKERS.items():
             if those := [one for one in basins.attractors if one.state == state]:
                 values, r = [one.value for one in those], [one.disorder_parameter for one in those]
-                colours = [colour(one.label) for one in those]
+                colours = [colour[one.label] for one in those]
                 disorder.scatter(values, r, s=14, marker=marker, c=colours, label=state)
         bottom = dict.fromkeys(basins.values.tolist(), 0.0)
         width = 0.8 * min(np.diff(basins.values), default=1.0)
         for one in basins.attractors:
             share, look = one.reached_by / one.starts, {"edgecolor": "white", "linewidth": 0.3}
-            place = {"bottom": bottom[one.value], "color": colour(one.label)}
+            place = {"bottom": bottom[one.value], "color": colour[one.label]}
             shares.bar(one.value, share, width, **place, **look)
             bottom[one.value] += share
         symbol = next(key for key, name in names.SYMBOLS.items() if name == basins.quantity)

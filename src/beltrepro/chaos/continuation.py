@@ -10,7 +10,7 @@ import numpy as np
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.chaos import periodic_orbits, words
-from beltrepro.chaos.periodic_orbits import PeriodicOrbit
+from beltrepro.chaos.periodic_orbits import MOMENTS, PeriodicOrbit
 from beltrepro.chaos.vectors import part
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
@@ -46,7 +46,6 @@ class SpecialPoint(NamedTuple):
 
 
 def _of_orbits(name: str, meaning: str) -> property:
-    """A quantity of the orbits of a branch, as an array with first axis P."""
     return property(
         lambda branch: np.array([getattr(orbit, name) for orbit in branch.orbits]), doc=meaning
     )
@@ -112,15 +111,10 @@ class OrbitBranch(Tabled):
         return np.abs(self.largest_multiplier) < 1
 
     def _columns(self) -> dict[str, Any]:
-        return {
-            self.quantity: self.parameter,
-            "period_time": self.period_time,
-            "period_events": [orbit.period_events for orbit in self.orbits],
-            "largest_multiplier": np.abs(self.largest_multiplier),
-            "stable": self.stable,
-            "disorder_parameter": self.disorder_parameter,
-            "mean_length": self.mean_length,
-        }
+        events = [orbit.period_events for orbit in self.orbits]
+        columns = {self.quantity: self.parameter, "period_time": self.period_time}
+        columns |= {"period_events": events, "largest_multiplier": abs(self.largest_multiplier)}
+        return columns | {name: self[name] for name in ("stable", *MOMENTS)}
 
     def __repr__(self) -> str:
         ends = f"{self.lower:.9g} ({self.lower_end.kind}) to "
@@ -238,8 +232,8 @@ class _Course(NamedTuple):
 
     def follow(self, state: ChainState, duration: float) -> tuple[ChainState, words.Word]:
         """The state after some time, and what happens on the way."""
-        run = periodic_orbits.follow(state, duration, self.tolerance)
-        return run.final_state, words.symbols(run.events)
+        after, events = periodic_orbits.follow(state, duration, self.tolerance)
+        return after, words.symbols(events)
 
     def point(self, orbit: PeriodicOrbit) -> _Point:
         """An orbit with its word."""

@@ -12,16 +12,23 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
-from beltrepro.chaos.naming import period_of
+from beltrepro.chaos.naming import period_of, slides, warn_of_rests
 from beltrepro.chaos.periodic_orbits import MOMENTS
 from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Report, check_progress, in_groups, integrator_of, observe
+from beltrepro.simulation.groups import (
+    Group,
+    Report,
+    check_progress,
+    for_moments,
+    in_groups,
+    integrator_of,
+    observe,
+)
 from beltrepro.simulation.results import Results
-from beltrepro.simulation.sampling import for_moments
 from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import CLOSED, EQUILIBRIUM, PERIODIC, find_recurrence
 
@@ -36,6 +43,7 @@ _GROWTH = 0.5  # length of a window as a share of the time before it
 _ALIGNED, _FOLLOWED = 500.0, 100_000.0
 _SHORTEST = 1000.0  # below this no exponent is given
 _FEWEST = 3  # returns in a window; with fewer the section is moved
+_AGREE = 10  # returns of a disturbed orbit, at least: in slow motion one in five does by chance
 # Distances between a disturbed state and that a period earlier, in units of the disturbance. On
 # orbits of 9, 631, 2052, 8089 and 8924 slips they reach 7, 300, 5000, 50000 and 8 millions.
 SCATTERS = (1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
@@ -55,9 +63,9 @@ def time_to_orbit(
 ) -> Results:
     """How long the motion of each of P chains is irregular before it settles, and on what orbit.
 
-    Each chain is advanced until no block sticks any more, or its state comes back. On the way to a
-    periodic orbit irregular motion is over when the order in which the blocks slip repeats from
-    then on: what follows is a smooth approach.
+    Each chain is advanced until all blocks slip and none sticks any more, or its state comes back.
+    On the way to a periodic orbit irregular motion is over when the order in which the blocks slip
+    repeats from then on: what follows is a smooth approach.
 
     Where noise or the steps of "verlet" disturb each slip, states come back only about. There all
     states of a sixth of the time so far must. A disturbed motion may leave its orbit later.
@@ -70,10 +78,8 @@ def time_to_orbit(
         Model time after which a run is given up.
     closed : float
         Distance of two states that count as one, as a share of the largest coordinate.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`. Exponents are measured with "event" only.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`. Exponents are measured with "event" only.
 
     Returns
     -------
@@ -111,6 +117,8 @@ def time_to_orbit(
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    rests = [run.last_event - run.start <= duration / 2 and not run.settled for run in runs]
+    warn_of_rests(made.cases, np.array(rests))
     settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
     return Results(columns(made) | table, settings)
 
@@ -152,7 +160,7 @@ class _Run:
         if len(states):
             self.motion["return_state"] = states[-1]
         distances = scatters(self.case)
-        late = int(np.sum(times > middle)) if distances else 1
+        late = max(int(np.sum(times > middle)), _AGREE) if distances else 1
         recurrences = (  # a narrow distance first: it tells like returns apart
             find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
             for distance in distances or (0.0,)
@@ -164,9 +172,9 @@ class _Run:
         if closing and distances:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
-        if self.last_event <= middle or (closing and not events):
-            lifetime = max(self.last_event, self.start) - self.start
-            self.motion |= {"state": EQUILIBRIUM, "lifetime": lifetime}
+        last_event = max(self.last_event, self.start)
+        if slides(self.case.state, last_event, middle) or (closing and not events):
+            self.motion |= {"state": EQUILIBRIUM, "lifetime": last_event - self.start}
         elif closing and since <= middle:
             self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
 
@@ -183,7 +191,8 @@ class _Run:
         last = int(min(lifetime, len(rates) * INTERVAL) / INTERVAL)
         rates = rates[int(_ALIGNED / INTERVAL) : last][None]  # of the irregular motion
         time, exponent, error = rates.shape[1] * INTERVAL, np.nan, np.nan
-        if long_enough := time >= _SHORTEST:
+        moves = self.last_event - self.start > _ALIGNED
+        if long_enough := moves and time >= _SHORTEST:
             exponent, error = vectors.slopes(rates).item(), vectors.standard_errors(rates).item()
         return self.motion | {
             "return_state": np.pad(state, (0, width - state.size), constant_values=np.nan),
@@ -195,37 +204,29 @@ class _Run:
         }
 
 
-def _place_sections(runs: list[_Run], group: np.ndarray, cases: list[Case], report: Report) -> None:
+def _place_sections(runs: list[_Run], group: Group) -> None:
     """Sections at the mean lengths of the chains of a group after their start."""
     # every motion comes down through its mean length again and again
-    moments = LengthMoments(len(group), cases[0].state.time + 0.5 * _FIRST_WINDOW)
-    observe(integrator_of(cases), _FIRST_WINDOW, [moments], report)
-    lengths = moments.result(cases[0].parameters.rest_positions[-1])
-    for index, length in zip(group, lengths["mean_length"], strict=True):
+    moments = LengthMoments(len(group.cases), group.start + 0.5 * _FIRST_WINDOW)
+    observe(integrator_of(group.cases), _FIRST_WINDOW, [moments], group.report)
+    lengths = moments.result(group.chain.rest_positions[-1])
+    for index, length in zip(group.indices, lengths["mean_length"], strict=True):
         runs[index].section = length
 
 
-def _pass_window(
-    runs: list[_Run],
-    length: float,
-    closed: float,
-    group: np.ndarray,
-    cases: list[Case],
-    report: Report,
-) -> None:
+def _pass_window(runs: list[_Run], length: float, closed: float, group: Group) -> None:
     """Advance a group by a window, and judge its motion there."""
-    members = [runs[index] for index in group]
-    chain, middle = members[0].case.parameters, members[0].case.state.time + 0.5 * length
+    members, middle = [runs[index] for index in group.indices], group.start + 0.5 * length
     observers = moments, log = LengthMoments(len(members), middle), ReturnLog(len(members))
     chains = _integrator(members)
     if isinstance(chains, TangentIntegrator):
-        growth = vectors.grow(chains, length, observers, report)
+        growth = vectors.grow(chains, length, observers, group.report)
         for run, rates, deviation in zip(members, growth, chains.deviations(), strict=True):
             run.growth.append(rates)
             run.deviation = deviation
     else:
-        observe(chains, length, observers, report)
-    lengths = moments.result(chain.rest_positions[-1])
+        observe(chains, length, observers, group.report)
+    lengths = moments.result(group.chain.rest_positions[-1])
     for lane, (run, state) in enumerate(zip(members, chains.state(), strict=True)):
         run.case = replace(run.case, state=state)
         run.slips.append(log.slips(lane))
@@ -242,7 +243,8 @@ def _integrator(members: list[_Run]) -> Integrator:
     section = Section(cases[0].parameters.n_blocks, np.array([run.section for run in members]))
     if not members[0].followed:
         return integrator_of(cases, section=section)
-    chains = vectors.with_vectors(integrator_of(cases), cases, 1, for_moments(cases), section)
+    states = [case.state for case in cases]
+    chains = vectors.with_vectors(states, cases[0], 1, for_moments(cases), section)
     deviations = [run.deviation for run in members if run.deviation is not None]
     if deviations:
         chains.set_deviations(np.stack(deviations))

@@ -11,12 +11,13 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
+from beltrepro.chaos.naming import warn_of_rests
 from beltrepro.chaos.vectors import REST, end_errors, grow, slopes, standard_errors
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
-from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
+from beltrepro.simulation.setup import Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import margin
 
@@ -121,17 +122,15 @@ def lyapunov_spectrum(
     noise_clock : str
         When noise is the same for two chains: "rest", at the same time since the last rest of the
         whole chain, as in `event`; or "laboratory", at the same time.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`; the method must be "event", the only one with a tangent dynamics.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`; the method must be "event", the only one with a tangent dynamics.
 
     Returns
     -------
     LyapunovSpectrum or Results
         Of one chain its spectrum; of several the same by name, each from its one run: exponents and
         standard_error (P, K), NaN for those that a shorter chain lacks, most_stuck (P,), growth
-        (P, T, K) and interval ().
+        (P, T, K) and interval (). NaN too of a run without any slip or stick in which not all slip.
 
     Raises
     ------
@@ -155,6 +154,7 @@ def lyapunov_spectrum(
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_growth, count=count, **settings)
     spectra = gathered("exponents", made, measure, progress, **settings)
+    warn_of_rests(made.cases, spectra.pop("rests"), transient)
     growth = spectra["growth"]
     order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
     growth = np.take_along_axis(growth, order[:, None], axis=2)
@@ -181,25 +181,22 @@ def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, n
 
 
 def _growth(
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-    *,
-    duration: float,
-    transient: float,
-    noise_clock: str,
-    count: int,
+    group: Group, *, duration: float, transient: float, noise_clock: str, count: int
 ) -> dict[str, np.ndarray]:
-    size = min(count, 2 * members[0].parameters.n_blocks)
+    members, report = group.cases, group.report
+    size = min(count, 2 * group.chain.n_blocks)
     before = integrator_of(members, sampling=vectors.NO_SAMPLES)
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
         observe(before, alone, [], vectors.part(report, 0, alone / duration))
-    chains = vectors.with_vectors(before, members, size, noise_clock=noise_clock)
+    chains = vectors.with_vectors(before.state(), members[0], size, noise_clock=noise_clock)
     if transient > 0:
         grow(chains, transient - alone, [], lambda done: None)
     stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
     report = vectors.part(report, transient / duration, 1)
     growth = grow(chains, duration - transient, [stuck], report)
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
-    return {"most_stuck": stuck.most, "growth": np.where(erased[:, None], -np.inf, growth)}
+    growth = np.where(erased[:, None], -np.inf, growth)
+    rests = (stuck.events == 0) & (stuck.most > 0)
+    growth[rests] = np.nan
+    return {"most_stuck": stuck.most, "growth": growth, "rests": rests}

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,12 +23,8 @@ _LATE = 3.0  # periods without a return after which a run has left
 _AFTER = 1e-6  # model time after the start of a slip at which its block is displaced
 
 
-class Slip(NamedTuple):
-    """The start of a slip on an orbit."""
-
-    state: ChainState  # just after it, as a start
-    time: float  # instant of the orbit
-    block: int  # that slips, from 0
+Slip = tuple[ChainState, float, int]
+"""The start of a slip: a state just after it, its instant on the orbit, and its block from 0."""
 
 
 def margin(orbit: PeriodicOrbit, *, begin: float, periods: int, slips: int) -> float:
@@ -46,13 +41,13 @@ def margin(orbit: PeriodicOrbit, *, begin: float, periods: int, slips: int) -> f
 
 def _slips(orbit: PeriodicOrbit, number: int) -> list[Slip]:
     """At most so many of the slips of a period, spread evenly."""
-    events = follow(orbit.state, orbit.period_time).events
+    _, events = follow(orbit.state, orbit.period_time)
     events = events[events["kind"] == "slip"]
     chosen = events[np.unique(np.linspace(0, len(events) - 1, number).astype(int))]
     slips = []
     for time, block in zip(chosen["time"].tolist(), chosen["block"].tolist(), strict=True):
-        state = follow(orbit.state, time + _AFTER).final_state
-        slips.append(Slip(replace(state, time=0.0, scheme=None), time, block - 1))
+        state, _ = follow(orbit.state, time + _AFTER)
+        slips.append((replace(state, time=0.0, scheme=None), time, block - 1))
     return slips
 
 
@@ -65,8 +60,13 @@ def _lost(track: Track, starts: Sequence[Slip], size: float, periods: int) -> bo
             displacements[block] += change
             cases.append(exact_case(replace(state, displacements=displacements)))
             begun.append(time)
-    left = track.left(cases, begun, periods * track.orbit.period_time)
-    return bool(np.isfinite(left).any())
+    duration = periods * track.orbit.period_time
+    for first in range(0, len(cases), GROUP_SIZE):
+        log = _returns(cases[first : first + GROUP_SIZE], track.length, duration)
+        for lane, begin in enumerate(begun[first : first + GROUP_SIZE]):
+            if np.isfinite(track.left(log.returns(lane), begin, duration)):
+                return True
+    return False
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,17 +87,8 @@ class Track:
         times, states, _ = log.returns(0)
         return cls(orbit, length, times, states)
 
-    def left(self, cases: Sequence[Case], begun: Sequence[float], duration: float) -> np.ndarray:
-        """When runs (W,) that begin at instants of its first period leave it; inf: never."""
-        times = [
-            self._first_away(log.returns(lane), begin, duration)
-            for first in range(0, len(cases), GROUP_SIZE)
-            for log in [_returns(cases[first : first + GROUP_SIZE], self.length, duration)]
-            for lane, begin in enumerate(begun[first : first + GROUP_SIZE])
-        ]
-        return np.array(times)
-
-    def _first_away(self, returns: tuple, begin: float, duration: float) -> float:
+    def left(self, returns: tuple, begin: float, duration: float) -> float:
+        """When a run that begins at an instant of the first period leaves it; inf: never."""
         times, states, _ = returns
         order = np.searchsorted(self.times, begin) + np.arange(len(times))
         away = np.abs(states - self.states[order % len(self.times)]).max(axis=1)

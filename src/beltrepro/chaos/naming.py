@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any
@@ -12,14 +14,16 @@ from beltrepro.chaos import vectors
 from beltrepro.chaos.periodic_orbits import MOMENTS, moments_of_orbit
 from beltrepro.chaos.vectors import REST
 from beltrepro.engine.integrator import Sampling, Section
+from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.spring import section_position
+from beltrepro.model.energy import normal_modes
+from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
+from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
 
@@ -27,6 +31,10 @@ _SAMPLES = Sampling(1, 0.1)  # for r
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
 _ALIGNED = 0.1  # first share of the observation, in which the vectors turn to their directions
 _END = 0.5  # last share of it, in which blocks must turn for the motion not to be equilibrium slip
+# Periods of the slowest mode, for which all blocks must slip: in a slip from which some stick again
+# they do for less than one up to u = 30, and for ten at u = 45 (N = 5 and 10).
+_PERIODS = 10
+_AMPLE, _CYCLES = 1.25, 2 * _PERIODS  # times the loading, and the slowest motion, that are advised
 
 
 @dataclass(frozen=True)
@@ -43,7 +51,8 @@ class Motion(Tabled):
     period_time, period_events : float, int
         Model time of a period, NaN if the orbit does not close; slips of all blocks in it, 0 so.
     largest_exponent, standard_error : float
-        Largest Lyapunov exponent per model time after the transient, and its error.
+        Largest Lyapunov exponent per model time after the transient, and its error; NaN where no
+        block slips or sticks in the second half of that time, though not all slip.
     disorder_parameter, mean_length : float
         r (Eq. 4) and <x_N>: of the orbit if the motion is periodic, else after the transient.
     """
@@ -82,10 +91,8 @@ def classify(
         twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`; the method must be "event", the only one with a tangent dynamics.
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`; the method must be "event", the only one with a tangent dynamics.
 
     Returns
     -------
@@ -103,6 +110,7 @@ def classify(
     vectors.check_method(made.cases, noise_clock)
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     motions = gathered("motion", made, partial(_judged, **settings), progress, **settings)
+    warn_of_rests(made.cases, motions.pop("rests"), transient)
     if not made.alone:
         return motions
     measured = [field.name for field in fields(Motion)[1:]]
@@ -110,28 +118,27 @@ def classify(
 
 
 def _judged(
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-    *,
-    duration: float,
-    transient: float,
-    noise_clock: str,
+    group: Group, *, duration: float, transient: float, noise_clock: str
 ) -> dict[str, np.ndarray]:
+    members, report = group.cases, group.report
     observed, share = duration - transient, transient / duration
     chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
-    half = chains.time + (1 - _END) * observed
-    moments, log = LengthMoments(len(members), chains.time), ReturnLog(len(members))
+    begin, half = chains.time, chains.time + (1 - _END) * observed
+    moments, log = LengthMoments(len(members), begin), ReturnLog(len(members))
     growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
-    lengths = moments.result(members[0].parameters.rest_positions[-1])
+    lengths = moments.result(group.chain.rest_positions[-1])
     rows = []
-    for lane, case in enumerate(members):
+    for lane, (case, end) in enumerate(zip(members, chains.state(), strict=True)):
         times, states, slips = log.returns(lane)
         closed = find_recurrence(states, times)
+        last_event = max(log.last_event[lane], begin)
+        sliding = slides(end, last_event, half)
+        if rests := last_event <= half and not sliding and closed is None:
+            exponents[lane] = errors[lane] = np.nan
         state = name_motion(
-            turns=bool(log.last_event[lane] > half),
+            slides=sliding,
             closed=closed is not None,
             exponents=exponents[lane],
             standard_error=errors[lane],
@@ -146,10 +153,11 @@ def _judged(
             "largest_exponent": exponents[lane, first],
             "standard_error": errors[lane, first],
             **{name: lengths[name][lane] for name in MOMENTS},
+            "rests": rests,
         }
         if closed is not None and state == PERIODIC:
             # the motion after the transient may hold irregular motion that came before the orbit
-            row |= moments_of_orbit(chains.state()[lane], closed.time, case.tolerance)
+            row |= moments_of_orbit(end, closed.time, case.tolerance)
         rows.append(row)
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
@@ -168,7 +176,8 @@ def _after(
         mean = lengths.result(chain.rest_positions[-1])["mean_length"]
         positions = np.where(np.isfinite(mean), mean, positions)
     section = Section(chain.n_blocks, positions)
-    return vectors.with_vectors(before, members, _VECTORS, _SAMPLES, section, noise_clock)
+    settings = _VECTORS, _SAMPLES, section, noise_clock
+    return vectors.with_vectors(before.state(), members[0], *settings)
 
 
 def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:
@@ -178,3 +187,42 @@ def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:
         time, returns = closed.time, closed.crossings
         events = int(slips[-1] - slips[-1 - returns])
     return {"period_time": time, "period_events": events, "period_returns": returns}
+
+
+def slides(state: ChainState, last_event: float, since: float) -> bool:
+    """Whether all blocks have slipped since an instant, and for long enough to call it a motion."""
+    long_enough = last_event <= min(since, state.time - _PERIODS * _slowest(state.parameters))
+    return bool(np.all(state.directions) and long_enough)
+
+
+def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | None = None) -> None:
+    """Warn of runs that end in a time without events, too short for the slow motion of a chain."""
+    times = [(*_loading_and_cycles(cases[row]), row) for row in np.flatnonzero(rests).tolist()]
+    if not times:
+        return
+    loading, cycles, row = max(times, key=lambda one: one[0] + one[1])
+    begin = math.ceil(max(loading, transient or 0.0))
+    longer = "" if transient is None else f"transient={begin}, "
+    many = "" if len(cases) == 1 else f"{len(times)} of {len(cases)} chains: "
+    warn(
+        f"{many}no block slips or sticks in the second half of the time that is judged "
+        f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; "
+        f"{longer}duration={begin + math.ceil(cycles)} shows what it does"
+    )
+
+
+def _loading_and_cycles(case: Case) -> tuple[float, float]:
+    """Model time in which a chain loads from its start, and in which it slips some times at least.
+
+    The belt carries a single block from 2 f_s F_st - F_st to F_st before it slips, others less far.
+    """
+    chain = case.parameters
+    loading = (balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
+    threshold, ratio = chain.by_block("static_friction"), chain.by_block("friction_ratio")
+    carried = (2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max()
+    return _AMPLE * loading, _CYCLES * max(carried / chain.belt_velocity, _slowest(chain))
+
+
+def _slowest(chain: ChainParameters) -> float:
+    """Period of the slowest mode."""
+    return 2 * np.pi / normal_modes(chain)[0][0]

@@ -14,19 +14,26 @@ import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part
+from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part, with_vectors
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
-from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import kinetic_friction
+from beltrepro.model.spring import section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
+from beltrepro.observe.slips import EventLog
+from beltrepro.simulation.groups import (
+    Report,
+    check_progress,
+    for_moments,
+    integrator_of,
+    observe,
+)
 from beltrepro.simulation.run import Run
 from beltrepro.simulation.setup import Case, Chains, Setup, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
-from beltrepro.simulation.trajectories import simulate
+from beltrepro.simulation.trajectories import event_records, simulate
 from beltrepro.stats.motion import CLOSED, find_recurrence
 
 MOMENTS = ("disorder_parameter", "mean_length")
@@ -114,7 +121,10 @@ class PeriodicOrbit(Tabled):
         InputError
             The interval is not allowed.
         """
-        return follow(self.state, self.period_time, sample_interval=sample_interval)
+        setup = Setup(self.parameters, initial_state=self.state)
+        return cast(
+            Run, simulate(setup, duration=self.period_time, sample_interval=sample_interval)
+        )
 
     def __repr__(self) -> str:
         return (
@@ -144,10 +154,8 @@ def periodic_orbit(
     duration, transient : float
         Model time of the run, and of its first part, in which the chain may settle. A period must
         fit twice in the rest.
-    progress : callable, optional
-        Called with the fraction done.
-    **setup
-        The keywords of `Setup`; the method must be "event".
+    progress, **setup : callable, keywords of `Setup`
+        As in `simulate`; the method must be "event".
 
     Returns
     -------
@@ -170,12 +178,14 @@ def periodic_orbit(
         raise InputError("transient = 0: must be greater than 0, a chain needs time to settle")
     check_progress(progress)
     observed, share = duration - transient, transient / duration
-    how: dict = {"transient": transient / 2, "sample_interval": None}
-    settled = simulate(made, duration=transient, progress=part(progress, 0, share), **how)
-    settled = settled[0] if isinstance(settled, list) else settled
+    moments, report = LengthMoments(1, case.state.time + transient / 2), part(progress, 0, share)
+    how: dict = {"sampling": for_moments([case]), "report": report}
+    (settled,) = advanced([case], transient, moments, **how)
     # every motion comes down through its mean length again and again
-    log, begun = ReturnLog(1), [replace(case, state=settled.final_state)]
-    length, report = settled.mean_length, part(progress, share, 1)
+    length = moments.result(case.parameters.rest_positions[-1])["mean_length"][0]
+    length = length if np.isfinite(length) else section_position(case.parameters)
+    log, report = ReturnLog(1), part(progress, share, 1)
+    begun = [replace(case, state=settled)]
     (end,) = advanced(begun, observed, log, length=length, report=report)
     times, states, _ = log.returns(0)
     recurrence = find_recurrence(states, times)
@@ -254,14 +264,12 @@ def moments_of_orbit(
 
 
 def follow(
-    state: ChainState,
-    duration: float,
-    tolerance: float | None = None,
-    sample_interval: float | None = None,
-) -> Run:
-    """The run from a state on."""
-    setup = Setup(state.parameters, tolerance=tolerance, initial_state=state)
-    return cast(Run, simulate(setup, duration=duration, sample_interval=sample_interval))
+    state: ChainState, duration: float, tolerance: float | None = None
+) -> tuple[ChainState, np.ndarray]:
+    """The state after some time, and the events on the way, as `Run.events` has them."""
+    log = EventLog(1, state.parameters.rest_positions)
+    (end,) = advanced([exact_case(state, tolerance)], duration, log)
+    return end, event_records(log.events(0))
 
 
 # A state with given blocks stuck has D coordinates: the displacements of all blocks, and the
@@ -273,7 +281,7 @@ def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) 
     # in the middle of the longest time between two events in which they are, away from the events;
     # a state that is about there already stays where it is
     state = replace(state, time=0.0)
-    events = follow(state, period_time, tolerance).events
+    _, events = follow(state, period_time, tolerance)
     if not len(events):
         raise InputError(
             f"{state.parameters.describe()}: no block sticks or slips in {period_time:g} time "
@@ -286,7 +294,7 @@ def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) 
     longest = int(np.argmax(np.where(most, lasting, -1.0)))
     middle = float(events["time"][longest] - lasting[longest] / 2)
     if abs(middle) > _OFF_MIDDLE * lasting[longest]:
-        (state,) = advanced([exact_case(state, tolerance)], middle % period_time)
+        state, _ = follow(state, middle % period_time, tolerance)
     return replace(state, time=0.0, scheme=None)
 
 
@@ -342,23 +350,25 @@ def _once_around(
 ) -> tuple[ChainState, np.ndarray]:
     """The state after a period, and the tangent map (D, D) in the coordinates."""
     free = _free(start)
-    settings = {"time_step": _TIME_STEP, "sampling": NO_SAMPLES, "sampled_blocks": 1}
-    settings |= exact_case(start, tolerance).accuracy
-    chain = TangentIntegrator([start], n_vectors=len(free), **settings)
+    chain = with_vectors([start], exact_case(start, tolerance), len(free))
     chain.set_deviations(np.eye(2 * chain.n_blocks)[None, :, free])
     observe(chain, period_time, [], lambda done: None)
     return chain.state()[0], chain.deviations()[0][free]
 
 
+def _numbers(state: ChainState) -> np.ndarray:
+    return np.concatenate([state.displacements, state.relative_velocities])
+
+
 def _free(state: ChainState) -> np.ndarray:
-    """Which of the 2N numbers of a state are coordinates: all but velocities of stuck blocks."""
+    """Which of these 2N are coordinates: all but the velocities of stuck blocks."""
     slipping = state.directions != 0
     return np.flatnonzero(np.concatenate([np.ones_like(slipping), slipping]))
 
 
 def coordinates(state: ChainState) -> np.ndarray:
     """The D numbers of a state that can be chosen freely."""
-    return np.concatenate([state.displacements, state.relative_velocities])[_free(state)]
+    return _numbers(state)[_free(state)]
 
 
 def flow(state: ChainState) -> np.ndarray:
@@ -371,11 +381,7 @@ def flow(state: ChainState) -> np.ndarray:
 
 def shifted(state: ChainState, change: np.ndarray) -> ChainState:
     """The state with other coordinates."""
-    moved = np.zeros(2 * len(state.displacements))
-    moved[_free(state)] = change
-    displacements, velocities = np.split(moved, 2)
-    return replace(
-        state,
-        displacements=state.displacements + displacements,
-        relative_velocities=state.relative_velocities + velocities,
-    )
+    numbers = _numbers(state)
+    numbers[_free(state)] += change
+    displacements, velocities = np.split(numbers, 2)
+    return replace(state, displacements=displacements, relative_velocities=velocities)

@@ -7,8 +7,9 @@ import numpy as np
 from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.engine import tangent
-from beltrepro.engine.integrator import Integrator, Sampling, Section
+from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.simd import load, select, store
+from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.vector import inlined
 from beltrepro.simulation.groups import Report
@@ -69,26 +70,25 @@ INTEGRATORS = {REST: TangentIntegrator, "laboratory": LaboratoryIntegrator}
 
 
 def with_vectors(
-    before: Integrator,
-    members: Sequence[Case],
+    states: Sequence[ChainState],
+    case: Case,
     n_vectors: int,
     sampling: Sampling = NO_SAMPLES,
     section: Section | None = None,
     noise_clock: str = REST,
 ) -> TangentIntegrator:
-    """The chains that an integrator has advanced, with random orthonormal vectors, all the same."""
+    """Chains with random orthonormal vectors, all the same, by the means of one case."""
     chains = INTEGRATORS[noise_clock](
-        before.state(),
+        states,
         n_vectors=n_vectors,
-        time_step=members[0].time_step,
         sampling=sampling,
         sampled_blocks=1,
         section=section,
-        **members[0].accuracy,
+        **case.numerics,
     )
-    vectors, states = chains.deviations(), 2 * chains.n_blocks
-    random = np.random.default_rng(chains.n_blocks).standard_normal((states, n_vectors))
-    vectors[:, :states] = np.linalg.qr(random).Q
+    vectors, rows = chains.deviations(), 2 * chains.n_blocks
+    random = np.random.default_rng(chains.n_blocks).standard_normal((rows, n_vectors))
+    vectors[:, :rows] = np.linalg.qr(random).Q
     chains.set_deviations(vectors)
     return chains
 

@@ -4,6 +4,7 @@ import os
 import sys
 import warnings
 
+from beltrepro.base import process
 from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.cli import chains, films, results  # noqa: F401 (they define the commands)
 from beltrepro.cli.options import PARSER, Parser, check_output
@@ -11,10 +12,14 @@ from beltrepro.cli.options import PARSER, Parser, check_output
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command."""
+    process.set_right()
     try:
         options = PARSER.parse_args(arguments)
         name = f"beltrepro {options.command.__name__}"
-        with needing(name), warnings.catch_warnings(record=True) as heard:
+        with needing(name, "replication"), warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("ignore")  # not as PYTHONWARNINGS says: "error" would end it
+            for told in (UserWarning, RuntimeWarning):
+                warnings.simplefilter("default", told)
             if options.suffixes:
                 check_output(options.output, options.force, options.suffixes)
             status = options.command(options)
@@ -29,6 +34,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (InputError, ModelStateError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
+    except MemoryError as error:
+        print(f"error: too little memory: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130

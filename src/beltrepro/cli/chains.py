@@ -1,13 +1,11 @@
 """Commands that follow chains: simulate, scan, plot, classify, watch."""
 
 import argparse
-import sys
 from pathlib import Path
-from typing import Any
 
 import beltrepro
-from beltrepro.base.checks import positive, within
-from beltrepro.base.errors import InputError, needing
+from beltrepro.base.checks import within
+from beltrepro.base.errors import needing
 from beltrepro.cli import options as shared
 
 _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
@@ -17,12 +15,9 @@ settings as attributes. In Python: beltrepro.Run.load(FILE)."""
 
 
 @shared.command(
-    *shared.NUMERICS,
-    ("seed", int, None, "fixes the random numbers (1, or that of --from-state)"),
-    ("replicate", int, None, "number of the repetition (0, or that of --from-state)"),
+    *shared.ONE_CHAIN,
     shared.JSON,
-    ("sample_interval", float, 0.1, "time between samples in --output (0.1)"),
-    ("from_state", Path, None, "go on where the run in this file ended, with the chain given here"),
+    ("sample_interval", float, None, "time between samples in --output (0.1)"),
     ("output", Path, None, "write the run to this .h5 file, see below"),
     *shared.chain_options(),
     epilog=shared.UNITS + _FILE,
@@ -31,20 +26,12 @@ settings as attributes. In Python: beltrepro.Run.load(FILE)."""
 def simulate(options: argparse.Namespace) -> None:
     """Simulate one chain from all blocks stuck and undeformed springs."""
     chain, settings = shared.chain_of(options), shared.settings_of(options)
-    positive("sample_interval", options.sample_interval)  # also where there are no samples
-    before = beltrepro.Run.load(options.from_state) if options.from_state else None
-    if before and before.parameters != chain:
-        old, new = (
-            shared.values(before.parameters, *shared.CHAIN),
-            shared.values(chain, *shared.CHAIN),
-        )
-        changes = ", ".join(f"{n} {old[n]} -> {new[n]}" for n in new if old[n] != new[n])
-        print(f"warning: not the chain of {options.from_state}: {changes}", file=sys.stderr)
+    shared.only_with_output(options, "sample_interval")
+    interval = 0.1 if options.sample_interval is None else options.sample_interval
     run = beltrepro.simulate(
         chain,
         **settings,
-        initial_state=before.final_state if before else None,
-        sample_interval=options.sample_interval if options.output else None,
+        sample_interval=interval if options.output else None,
         progress=shared.progress_of(chain.describe()),
     )
     assert isinstance(run, beltrepro.Run)  # as it was one chain
@@ -63,7 +50,7 @@ def simulate(options: argparse.Namespace) -> None:
     ("replicates", int, 1, "runs at each combination (1)"),
     shared.SPREAD,
     ("workers", int, None, "cores to use; all of them if not given"),
-    ("json", bool, False, "print the table as JSON"),
+    shared.JSON,
     ("output", Path, None, "write the table to this .csv file, or all arrays to this .h5 file"),
     *shared.chain_options(shared.grid),
     epilog="All numbers are in model units, as in `beltrepro simulate --help`. In Python: "
@@ -89,7 +76,7 @@ def scan(options: argparse.Namespace) -> None:
     if options.output:
         results.save(options.output)
     if options.json:
-        print(results.table().to_json(orient="records", indent=2, double_precision=15))
+        shared.print_json(results.table().to_dict("records"))
     elif options.output:
         print(f"{options.output}: {len(chains)} points")
     else:
@@ -99,13 +86,7 @@ def scan(options: argparse.Namespace) -> None:
 
 @shared.command(
     ("run", Path, shared.PLACED, "the file of the run, .h5"),
-    (
-        "output",
-        Path,
-        None,
-        "write the figure, .png, .pdf or .svg; without it a window opens, or the figure is written "
-        "beside the run as .png where there is no display",
-    ),
+    ("output", Path, None, "write the figure, .png, .pdf or .svg; without it a window opens"),
     suffixes=(".png", ".pdf", ".svg"),
 )
 def plot(options: argparse.Namespace) -> None:
@@ -114,84 +95,39 @@ def plot(options: argparse.Namespace) -> None:
     The picture has x_N(t), r as it settles, and the slips of each block, of a run that
     `beltrepro simulate --output` wrote. In Python: beltrepro.Run.plot.
     """
-    run = beltrepro.Run.load(options.run)
-    with needing("a picture of a run"):
-        from beltrepro.simulation import picture
-    if options.output is None and not picture.display():
-        options.output = options.run.with_suffix(".png")
-        shared.check_output(options.output, options.force, options.suffixes)
-        print(f"no display: the figure is written to {options.output}")
-    run.plot(options.output)
+    beltrepro.Run.load(options.run).plot(options.output)
 
 
 @shared.command(
-    *shared.NUMERICS,
-    shared.SEED,
-    shared.REPLICATE,
+    *shared.ONE_CHAIN,
     shared.SPREAD,
     shared.JSON,
     *shared.chain_options(),
-    "branch of its periodic orbit",
-    ("lower", float, None, "least value to look at"),
-    ("upper", float, None, "greatest value to look at"),
-    ("quantity", str, "belt_velocity", "what changes, as static_friction"),
-    ("step", float, None, "largest step (a fiftieth of the range)"),
-    ("unstable", bool, False, "go on where the orbit does not attract"),
     epilog=shared.UNITS,
 )
 def classify(options: argparse.Namespace) -> None:
     """Tell what kind of motion one chain ends in.
 
     It is equilibrium slip, periodic, quasi-periodic, chaotic or transient (with noise also
-    noise-driven), by recurrence of its state and its largest Lyapunov exponent. With --lower and
-    --upper its periodic orbit is followed along the belt velocity or another constant of the chain,
-    down and up, to where it ends: at a grazing, a fold, a period doubling, a torus, or the edge of
-    the range. Only event has all this. Several motions can coexist: with an initial spread another
-    replicate or seed starts elsewhere.
+    noise-driven), by recurrence of its state and its largest Lyapunov exponent. Only event has
+    this. Several motions can coexist: with an initial spread another replicate or seed starts
+    elsewhere.
     """
+    from beltrepro.simulation.setup import TOLERANCES  # loads numba
+
     chain = shared.chain_of(options)
     settings = shared.settings_of(options) | shared.values(options, "initial_spread")
     progress = shared.progress_of(chain.describe())
-    if options.lower is not None or options.upper is not None:
-        orbit = beltrepro.periodic_orbit(chain, **settings, progress=progress)
-        _follow(orbit, settings, options)
-        return
-    for name in ("step", "unstable"):
-        if getattr(options, name):
-            raise InputError(f"{name}: only a branch has one, give --lower and --upper too")
+    used = settings | {"tolerance": options.tolerance or TOLERANCES["event"]}
     motion = beltrepro.classify(chain, **settings, progress=progress)
     measured = {name: value for name, value in vars(motion).items() if name != "parameters"}
-    shared.print_result(settings | measured, options.json, chain)
-
-
-def _follow(orbit: Any, settings: dict[str, Any], options: argparse.Namespace) -> None:
-    """Follow an orbit, and print its ends and the table."""
-    course = shared.values(options, "lower", "upper", "step", "unstable", "tolerance")
-    branch = beltrepro.orbit_branch(
-        orbit, options.quantity, progress=shared.progress_of("branch"), **course
-    )
-    result = (
-        settings
-        | shared.values(branch, "quantity", "word", "lower", "upper")
-        | {
-            "lower_end": branch.lower_end.text,
-            "upper_end": branch.upper_end.text,
-            "passed": [f"{point.parameter:.6g}: {point.text}" for point in branch.passed],
-        }
-    )
-    table = branch.table()
-    if options.json:
-        result["orbits"] = table.to_dict("list")
-    shared.print_result(result, options.json, orbit.parameters)
-    if not options.json:
-        print(f"\n{table.to_string(index=False, float_format='{:.6g}'.format)}")
+    shared.print_result(used | measured, options.json, chain)
 
 
 @shared.command(
     ("transient", float, 2615.0, "model time that passes unseen first (2615: 200 s, as the paper)"),
     shared.SEED,
     ("speed", float, 1.0, "seconds of the chain in a second shown (1)"),
-    ("fps", float, 24.0, "frames in a second (24)"),
     ("output", Path, None, "write a film, .mp4"),
     ("duration", float, None, "seconds of the film (20)"),
     *shared.chain_options(),
@@ -211,15 +147,12 @@ def watch(options: argparse.Namespace) -> None:
         from beltrepro.extras import watch as watching
     ends = watching.SPEEDS
     speed = within("speed", options.speed, ge=ends[0], le=ends[1])
-    rate = within("fps", options.fps, ge=1, le=120)
-    if options.duration is not None and not options.output:
-        text = f"duration = {options.duration:g}: only a film has one, give --output too"
-        raise InputError(text)
+    shared.only_with_output(options, "duration")
     chain = watching.Watched(shared.chain_of(options), options.transient, options.seed)
     if options.output:
         duration = 20.0 if options.duration is None else options.duration
         progress = shared.progress_of("film")
-        count = watching.write_film(options.output, chain, speed, rate, duration, progress)
+        count = watching.write_film(options.output, chain, speed, duration, progress)
         print(f"{options.output}: {count} frames")
     else:
-        watching.open_window(chain, speed, rate)
+        watching.open_window(chain, speed)

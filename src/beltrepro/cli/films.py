@@ -13,9 +13,7 @@ from beltrepro.replication.camera.scene import Camera, Scene, camera_settings, l
 
 
 @shared.command(
-    *shared.NUMERICS,
-    shared.SEED,
-    shared.REPLICATE,
+    *shared.ONE_CHAIN,
     shared.JSON,
     ("output", Path, shared.REQUIRED, "the video, .mp4, .mov or .mkv"),
     *shared.chain_options(),
@@ -135,8 +133,6 @@ def analyse(options: argparse.Namespace) -> None:
         **_with_ends("disorder_parameter", recording.disorder),
         **_with_ends("mean_length", recording.length),
         "independent_stretches": recording.disorder.runs,
-        "minimum_length": float(recording.x_m.min()),
-        "maximum_length": float(recording.x_m.max()),
         "mean_length_model": float(from_si(recording.mean_length, "length")),
         "small_amplitude_share": recording.small_share,
         "lasting_small_amplitude_share": recording.lasting_share,

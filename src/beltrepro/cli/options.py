@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import MISSING, Field, fields
+from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
@@ -27,7 +28,7 @@ and transient 1e6."""
 REQUIRED, PLACED = object(), object()  # defaults: an option that must be there, one without a name
 
 # Options: name, type, default, words.
-JSON = ("json", bool, False, "print the result as JSON")
+JSON = ("json", bool, False, 'print JSON: all digits, infinity as "Infinity", NaN as null')
 NUMERICS = (
     ("duration", float, REQUIRED, "time simulated, transient included"),
     ("transient", float, 0.0, "time left out of what is measured (0)"),
@@ -37,6 +38,7 @@ NUMERICS = (
 )
 SEED = ("seed", int, 1, "fixes the random numbers (1)")
 REPLICATE = ("replicate", int, 0, "number of the repetition, with other random numbers (0)")
+ONE_CHAIN = (*NUMERICS, SEED, REPLICATE)  # how one chain is followed
 _WORDS = "standard deviation of random displacements at the start, but of replicate 0 (0)"
 SPREAD = ("initial_spread", float, 0.0, _WORDS)
 
@@ -46,8 +48,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
-        self.register("type", float, _number(float, "a number is needed"))
-        self.register("type", int, _number(int, "a whole number is needed"))
+        for kind, words in ((float, "a number"), (int, "a whole number")):
+            self.register("type", kind, partial(_number, kind, words))
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As of `ArgumentParser`, but a misspelt word is an error here, before a missing one."""
@@ -60,9 +62,12 @@ class Parser(argparse.ArgumentParser):
                     raise InputError(left(name))
                 if not name.startswith("-"):
                     one_of("command", name, COMMANDS.choices)
-        for name in words:
-            if name.startswith("--") and name not in self._option_string_actions:
+        flags = [word for word in words if word.startswith("--")]
+        for name in flags:
+            if name not in self._option_string_actions:
                 self.error(f"{name}: no such option{hint(name, self._option_string_actions)}")
+            if flags.count(name) > 1:  # the last one alone would count
+                self.error(f"{name}: given {flags.count(name)} times")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
@@ -70,17 +75,13 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{message.removeprefix('argument ')}; see {self.prog} --help")
 
 
-def _number(kind: Callable[[str], Any], words: str) -> Callable[[str], Any]:
-    """What makes a number of a text, or says in one line that it is none."""
-
-    def number(text: str) -> Any:
-        try:
-            return kind(text)
-        except ValueError:
-            many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
-            raise argparse.ArgumentTypeError(f"{shown(text)}: {words}{many}") from None
-
-    return number
+def _number(kind: Callable[[str], Any], words: str, text: str) -> Any:
+    """The number that a text is; one line says if it is none."""
+    try:
+        return kind(text)
+    except ValueError:
+        many = "; `beltrepro scan` takes lists and ranges" if set(text) & set(",:") else ""
+        raise argparse.ArgumentTypeError(f"{shown(text)}: {words} is needed{many}") from None
 
 
 PARSER = Parser(
@@ -134,25 +135,20 @@ def chain_options(kind: Callable[[str], Any] | None = None) -> list:
     for python in (", per block", ", per spring", "math.", "`"):  # what only Python takes
         text = text.replace(python, "")
     words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
-    rows = [field_option(one, words[one.name], kind) for one in fields(ChainParameters)]
+    rows = [field_option(one, words.get(one.name, ""), kind) for one in fields(ChainParameters)]
     return [*rows[:3], "law of springs and friction, as in the paper if not given", *rows[3:]]
 
 
 def field_option(setting: Field, words: str, kind: Any = None) -> tuple:
     """The option of a field of a dataclass."""
-    kind = kind or (int if setting.type is int or isinstance(setting.default, int) else float)
-    if setting.default is MISSING:
-        return setting.name, kind, REQUIRED, words
-    has_default = setting.default is None or f"{setting.default:g}" in words
-    return (
-        setting.name,
-        kind,
-        setting.default,
-        words if has_default else f"{words} ({setting.default:g})",
-    )
+    default = REQUIRED if setting.default is MISSING else setting.default
+    if isinstance(default, int | float) and f"{default:g}" not in words:
+        words = f"{words} ({default:g})"
+    is_whole = setting.type is int or isinstance(default, int)
+    return setting.name, kind or (int if is_whole else float), default, words
 
 
-def grid(text: str) -> tuple[float, ...]:
+def grid(text: str) -> list[float]:
     """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends."""
     numbers: list[float] = []
     try:
@@ -164,7 +160,7 @@ def grid(text: str) -> tuple[float, ...]:
     except (ValueError, TypeError):
         words = "a number, a list 1,2,5 or a range START:STOP:STEP is needed"
         raise argparse.ArgumentTypeError(f"{shown(text)}: {words}") from None
-    return tuple(numbers)
+    return numbers
 
 
 def values(options: Any, *names: str) -> dict[str, Any]:
@@ -179,7 +175,7 @@ def chain_of(options: argparse.Namespace) -> ChainParameters:
 
 def settings_of(options: argparse.Namespace) -> dict[str, Any]:
     """How one chain is followed."""
-    return values(options, *(name for name, *_ in (*NUMERICS, SEED, REPLICATE)))
+    return values(options, *(name for name, *_ in ONE_CHAIN))
 
 
 def progress_of(label: str) -> Progress | None:
@@ -194,17 +190,34 @@ def print_result(result: dict, as_json: bool, chain: ChainParameters | None = No
         usual = {one.name: one.default for one in fields(ChainParameters)[3:]}
         result = {n: now for n, now in about.items() if now != usual.get(n)} | result
     if as_json:
-        print(json.dumps(finite(result), indent=2))
+        print_json(result)
         return
     width = max(map(len, result))
     for name, value in result.items():
         print(f"{name:<{width}}  {f'{value:.6g}' if isinstance(value, float) else value}")
 
 
-def finite(result: dict[str, Any]) -> dict[str, Any]:
-    """A result for JSON, which has no infinity and no NaN."""
-    bad = {name for name, v in result.items() if isinstance(v, float) and not math.isfinite(v)}
-    return result | dict.fromkeys(bad)
+def print_json(value: Any) -> None:
+    """Print numbers with all digits; JSON has no infinity and no NaN, see `JSON`."""
+    print(json.dumps(_plain(value), indent=2))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_plain(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        # pandas, JavaScript and Python make the number of this text
+        return None if math.isnan(value) else str(value).replace("inf", "Infinity")
+    return value
+
+
+def only_with_output(options: argparse.Namespace, name: str) -> None:
+    """Refuse an option that a file alone has, as it would do nothing."""
+    value = getattr(options, name)
+    if value is not None and options.output is None:
+        raise InputError(f"{name} = {value:g}: only a file has one, give --output too")
 
 
 def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...]) -> None:

@@ -1,24 +1,16 @@
 """Commands of the results of the workflow: verify, claims."""
 
-from __future__ import annotations
-
 import argparse
-import json
 import shutil
 import sys
 import textwrap
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from beltrepro.base.errors import InputError
-from beltrepro.cli.options import PLACED, command, finite, values
+from beltrepro.cli.options import PLACED, command
 
-if TYPE_CHECKING:
-    from beltrepro.replication.report.claim_results import Result
-
-_QUESTIONS = ("replicated", "robust")
-_WITH_VERDICT = "only claims with this verdict: yes, in-part, no, open, not-testable"
+_NAMED = 5  # of the files that are not made
 
 
 @command(
@@ -31,7 +23,8 @@ def verify(options: argparse.Namespace) -> int:
 
     Every dataset and table of a run must be whole, and as the list says: bit by bit if the
     processor, its instructions and the libraries are those of the list, otherwise within bounds
-    (docs/workflow.md). Exit status 1 if anything is wrong; each line of it says how to repair it.
+    (docs/trust.md). Exit status 1 if anything is wrong, with a line that says how to repair it, or
+    if anything is not made yet.
     """
     from beltrepro.extras import verification
 
@@ -47,41 +40,42 @@ def verify(options: argparse.Namespace) -> int:
         if finding.words:
             print(f"error: {finding.words}", file=sys.stderr)
     counts = Counter(finding.outcome for finding in findings)
+    missing = [finding.name for finding in findings if finding.outcome == verification.MISSING]
+    made = len(findings) - len(missing)
+    if not made:
+        raise InputError(f"{options.results}: nothing of what {path} lists is made there")
+    if missing:
+        print(f"not made: {', '.join(missing[:_NAMED])}{', ...' * (len(missing) > _NAMED)}")
     print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
     meanings = verification.MEANINGS
     worst = next((outcome for outcome in meanings if counts[outcome]), verification.SAME)
-    print(meanings[worst])
-    return int(worst == verification.WRONG)
+    print(meanings[worst].format(made=made, listed=len(findings)))
+    return int(worst in (verification.MISSING, verification.WRONG))
 
 
 @command(
     ("preset", str, "standard", "run to read: results/NAME (standard)"),
     ("results", Path, None, "another folder than results/NAME"),
-    ("replicated", str, None, _WITH_VERDICT),
-    ("robust", str, None, _WITH_VERDICT),
-    ("json", bool, False, "print everything as JSON"),
 )
 def claims(options: argparse.Namespace) -> None:
     """Print the verdicts of a run on the claims of the paper.
 
     Each claim has two, and what was found: whether it is replicated by the authors' protocol, and
-    whether it is robust.
+    whether it is robust. The files claims.csv and estimates.csv of the run have all numbers.
     """
+    from tabulate import tabulate
+
     from beltrepro.replication.report.claim_results import count, read
 
     results = read(options.results or _made(options.preset))
-    shown = list(results.values())
-    for question in _QUESTIONS:
-        if word := (getattr(options, question) or "").replace("-", " "):
-            verdicts = {result.verdicts[question] for result in shown}
-            shown = [result for result in shown if result.verdicts[question] == word]
-            if not shown:
-                has = ", ".join(sorted(verdicts))
-                raise InputError(f"--{question} {word}: no claim has it; there are {has}")
-    if options.json:
-        print(json.dumps([_plain(result) for result in shown], indent=1))
-        return
-    print(_table(shown))
+    width, rows = max(30, shutil.get_terminal_size((110, 24)).columns - 60), []
+    for result in results.values():
+        answers = dict.fromkeys(answer.found for answer in result.answers.values())
+        sentences = [text for text in answers if text] or [result.claim.statement]
+        lines = "\n".join(textwrap.fill(text, width) for text in sentences)
+        rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
+    headers = ("claim", "figure", "replicated", "robust", "what was found")
+    print(tabulate(rows, headers=headers, tablefmt="simple"))
     for question, numbers in count(results).items():
         words = ", ".join(f"{number} {verdict}" for verdict, number in numbers.items() if number)
         print(f"\n{question}: {words}", end="")
@@ -99,32 +93,3 @@ def _made(preset: str) -> Path:
             f"snakemake --cores 2 --config preset={preset}{other}"
         )
     return folder
-
-
-def _plain(result: Result) -> dict[str, Any]:
-    """A claim as JSON has it."""
-    about = ("id", "figure", "kind", "says", "statement", "seen")
-    plain = values(result.claim, *about) | values(result, "paper", "note")
-    for question, answer in result.answers.items():
-        estimates = []
-        for number in answer.numbers.values():
-            ends = dict(zip(("allowed_low", "allowed_high"), number.allowed, strict=True))
-            measured = values(number.estimate, "value", "low", "high", "runs") | ends
-            estimates.append({"name": number.name, **finite(measured), "verdict": number.verdict})
-        texts = {name: text for name, text in vars(answer).items() if name != "numbers"}
-        plain[question] = texts | {"estimates": estimates}
-    return plain
-
-
-def _table(results: list[Result]) -> str:
-    from tabulate import tabulate
-
-    width = max(30, shutil.get_terminal_size((110, 24)).columns - 60)
-    rows = []
-    for result in results:
-        answers = dict.fromkeys(answer.found for answer in result.answers.values())
-        sentences = [text for text in answers if text] or [result.claim.statement]
-        lines = "\n".join(textwrap.fill(text, width) for text in sentences)
-        rows.append((result.id, result.claim.figure, *result.verdicts.values(), lines))
-    headers = ("claim", "figure", *_QUESTIONS, "what was found")
-    return tabulate(rows, headers=headers, tablefmt="simple")

@@ -40,7 +40,6 @@ GROUP_SIZE = 32  # chains advanced together, at most
 CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the bits of the uncut
 _CHUNK_SAMPLES = 4000  # about, at most
 _ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
-_CONTACT = "blocks pass through each other"
 _UNSTABLE = "the time step is too long for springs so stiff: a shorter one is needed"
 _PLENTY = 100  # times the energy that static friction of all blocks stores in a spring
 _LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
@@ -358,8 +357,14 @@ class Integrator:
             stored = spring_energy(spring_extension(hold, chain), chain).sum()
         moving = kinetic_energy(chain, np.full(chain.n_blocks, chain.belt_velocity))
         # no motion brings so much energy together, so that only a scheme can have done it
-        unstable = needed > _PLENTY * (stored + moving)
-        self._stop(lane, _UNSTABLE if unstable else _CONTACT)
+        if needed > _PLENTY * (stored + moving):
+            self._stop(lane, _UNSTABLE)
+        place = int(np.argmin(self._gaps()[lane]))
+        meet = f"blocks {place} and {place + 1} meet" if place else "block 1 reaches the support"
+        raise ModelStateError(
+            f"{chain.describe()}: {meet} at t = {self._reached(lane):g} "
+            "(a longer rest_length prevents it, and changes nothing else of the motion)"
+        )
 
     def _stop(self, lane: int, reason: str):
         raise ModelStateError(

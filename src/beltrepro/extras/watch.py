@@ -31,6 +31,7 @@ from beltrepro.simulation.trajectories import simulate
 
 KEYS = "space: pause   →: one step   ↑ ↓: faster, slower   q: close"
 SPEEDS = 0.05, 50.0
+FRAME_S = 1 / 24  # between frames, in the window and in a film
 # Okabe and Ito's palette: distinct for colour-blind readers, by the direction of the slip.
 STATES = {0: ("stuck to the belt", "#56b4e9"), -1: ("slips back over the belt", "#e69f00"),
           1: ("slips forward", "#cc79a7")}  # fmt: skip
@@ -39,6 +40,7 @@ _STYLE: list[Any] = ["default", "dark_background"]
 _HALF, _ACROSS = Scene().block_length / 2, Scene().block_width / 2  # of a block, m
 _CORNERS = np.array([[-_HALF, -_ACROSS], [-_HALF, _ACROSS], [_HALF, _ACROSS], [_HALF, -_ACROSS]])
 _LINES = 0.1  # m between lines across the belt
+_LONGEST_S = 3600.0  # of a film; each second takes a second or two to draw
 _CURVE = 30  # seconds of the chain in the curve of x_N
 
 
@@ -136,35 +138,37 @@ class View:
 
 
 def write_film(
-    path: Path, chain: Watched, speed: float, frames_per_second: float, duration: float,
+    path: Path,
+    chain: Watched,
+    speed: float,
+    duration: float,
     progress: Callable[[float], None] | None = None,
-) -> int:  # fmt: skip
+) -> int:
     """Write a film of a chain from now on, and return the number of its frames."""
-    checks.within("duration", duration, ge=1 / frames_per_second)
-    count = round(duration * frames_per_second)
+    count = round(checks.within("duration", duration, ge=FRAME_S, le=_LONGEST_S) / FRAME_S)
     canvas = FigureCanvasAgg(Figure(figsize=_SIZE, dpi=100))
     view = View(chain, canvas.figure)
 
     def frames() -> Iterator[Frame]:
         for number in range(count):
-            chain.advance(speed / frames_per_second / TIME_S if number else 0.0)
+            chain.advance(speed * FRAME_S / TIME_S if number else 0.0)
             view.draw(f"speed × {speed:g}")
             canvas.draw()
             pixels = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
-            yield Frame(number / frames_per_second, pixels)
+            yield Frame(number * FRAME_S, pixels)
             if progress:
                 progress((number + 1) / count)
 
-    return write_video(path, frames(), frames_per_second=frames_per_second, preset="medium")
+    return write_video(path, frames(), frames_per_second=1 / FRAME_S, preset="medium")
 
 
 class Window(View):
     """A view that goes on by itself, with keys and sliders."""
 
     @matplotlib.style.context(_STYLE)
-    def __init__(self, chain: Watched, figure: Figure, speed: float, step: float) -> None:
+    def __init__(self, chain: Watched, figure: Figure, speed: float) -> None:
         super().__init__(chain, figure)
-        self.speed, self._step, self._last = speed, step, time.monotonic()
+        self.speed, self._last = speed, time.monotonic()
         self.paused, self._complaint = False, ""  # why the chain cannot go on
         velocity, noise = chain.state.parameters.belt_velocity, chain.state.parameters.noise
         # up to the ends of the scans of the paper
@@ -176,7 +180,7 @@ class Window(View):
 
     def start(self) -> None:
         """Go on with time."""
-        how: Any = {"interval": round(1000 * self._step), "cache_frame_data": False}
+        how: Any = {"interval": round(1000 * FRAME_S), "cache_frame_data": False}
         self._animation = FuncAnimation(self.figure, self.on_timer, blit=True, **how)
 
     def on_timer(self, _: int) -> list:
@@ -201,10 +205,10 @@ class Window(View):
         elif event.key in ("up", "down"):
             faster = self.speed * (2.0 if event.key == "up" else 0.5)
             self.speed = float(np.clip(faster, *SPEEDS))
-        self.show(self._step if event.key == "right" else 0.0)
+        self.show(FRAME_S if event.key == "right" else 0.0)
 
 
-def open_window(chain: Watched, speed: float, frames_per_second: float) -> None:
+def open_window(chain: Watched, speed: float) -> None:
     """Show a chain in a window until it is closed."""
     import matplotlib.pyplot as plt
 
@@ -215,6 +219,6 @@ def open_window(chain: Watched, speed: float, frames_per_second: float) -> None:
     keys |= {"keymap.quit": ["q"], "toolbar": "None"}
     with matplotlib.rc_context(keys):
         figure = plt.figure(f"beltrepro watch    {KEYS}", figsize=_SIZE)
-        window = Window(chain, figure, speed, 1 / frames_per_second)  # lives as long as it is shown
+        window = Window(chain, figure, speed)  # lives as long as it is shown
         window.start()
         plt.show()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import names
-from beltrepro.base.checks import is_infinite, is_sequence, shown, whole_number, within
+from beltrepro.base.checks import is_infinite, is_sequence, listed, shown, whole_number, within
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
 
@@ -38,7 +38,7 @@ LIMITS: dict[str, dict[str, Any]] = {
     "tolerance": {"ge": 1e-16, "le": 1},  # of forces of some tens, which round by 1e-16 of them
 }
 """What each quantity may be, by the names that `checks.within` and pydantic have for ends."""
-_PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
+PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
 _MAY_BE_INFINITE = ("linear_limit", "weakening_velocity")
 
 PerBlock = Any  # float, or a tuple of N of them
@@ -108,7 +108,7 @@ class ChainParameters:
         within("n_blocks", self.n_blocks, **LIMITS["n_blocks"])
         for field in fields(self)[1:]:
             value = getattr(self, field.name)
-            if field.name in _PER_BLOCK and is_sequence(value):
+            if field.name in PER_BLOCK and is_sequence(value):
                 value = _of_blocks(field.name, value, self.n_blocks)
             elif field.name not in _MAY_BE_INFINITE or not is_infinite(value):
                 value = within(field.name, value, **LIMITS[field.name])
@@ -183,7 +183,7 @@ def check_chain(parameters: Any) -> None:
 
 def _of_blocks(name: str, values: Any, n_blocks: int) -> float | tuple[float, ...]:
     """N numbers, or one if they are all the same."""
-    values = list(values)
+    values = listed(name, values)
     if len(values) != n_blocks:
         needed = f"one number or {n_blocks} are needed, as n_blocks = {n_blocks}"
         raise InputError(f"{name} = {shown(values)} has {len(values)} numbers: {needed}")

@@ -17,8 +17,8 @@ class LengthMoments:
     """Mean, standard deviation and range of x_N over the samples it is shown."""
 
     def __init__(self, width: int, start: float = 0.0) -> None:
-        self._start = start
-        self._count = 0
+        self.start = start
+        self.count = 0
         self._mean = np.zeros(width)
         self._squares = np.zeros(width)
         self._low = np.full(width, np.inf)
@@ -26,19 +26,19 @@ class LengthMoments:
 
     def observe(self, chunk: Chunk) -> None:
         # merging moments, Chan et al. 1983
-        _, values = _samples(chunk, self._start)
+        _, values = _samples(chunk, self.start)
         if len(values):
-            self._count += len(values)
+            self.count += len(values)
             moments = self._mean, self._squares, self._low, self._high
-            _add_moments(values, self._count, np.zeros_like(self._mean), *moments)
+            _add_moments(values, self.count, np.zeros_like(self._mean), *moments)
 
     def result(self, rest_length: float) -> dict[str, np.ndarray]:
         """Moments (W,) of the chain length in the laboratory frame; NaN without samples."""
-        rest = rest_length if self._count else np.nan
+        rest = rest_length if self.count else np.nan
         mean = self._mean + rest
         return {
             "mean_length": mean,
-            "disorder_parameter": np.sqrt(self._squares / max(1, self._count)) / mean,
+            "disorder_parameter": np.sqrt(self._squares / max(1, self.count)) / mean,
             "minimum_length": self._low + rest,
             "maximum_length": self._high + rest,
         }
@@ -67,6 +67,19 @@ def _add_moments(values, count, shift, mean, squares, low, high):
     for lane in range(width):
         squares[lane] += shift[lane] ** 2 * (count - rows) * rows / count
         mean[lane] += shift[lane] * rows / count
+
+
+class Reach:
+    """From where to where the first of the sampled blocks moves, over the samples from `start`."""
+
+    def __init__(self, width: int, start: float) -> None:
+        self._start = start
+        self.low, self.high = np.full(width, np.inf), np.full(width, -np.inf)
+
+    def observe(self, chunk: Chunk) -> None:
+        values = chunk.displacement[np.searchsorted(chunk.time, self._start) :, 0]
+        self.low = np.minimum(self.low, values.min(axis=0, initial=np.inf))
+        self.high = np.maximum(self.high, values.max(axis=0, initial=-np.inf))
 
 
 # Length of the first bin, model time, and of each over that before it: loading may end anywhere.

@@ -1,5 +1,7 @@
 """Slips of the blocks: counts, laminar phases of the last block, avalanches."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from beltrepro.engine.integrator import Chunk
@@ -23,28 +25,23 @@ class SlipActivity:
     the periodic state is one of continuous slip); only time after `start` counts.
     """
 
-    def __init__(
-        self,
-        width: int,
-        n_blocks: int,
-        start: float,
-        laminar_time: float,
-        slipping_since: np.ndarray | float = np.nan,
-    ) -> None:
+    def __init__(self, states: Sequence[ChainState], start: float, laminar_time: float) -> None:
         self._start, self._end = start, start
         self._laminar_time = laminar_time
-        self.slip_count, self.stick_count = np.zeros((2, width, n_blocks), dtype=np.int64)
-        # of the last block; NaN while it is stuck, and before it has ever stuck
-        self.slipping_since = np.zeros(width) + slipping_since
+        width, n_blocks = len(states), states[0].parameters.n_blocks
+        self._counts = np.zeros((2, width, n_blocks), dtype=np.int64)
+        self.stick_count, self.slip_count = self._counts
+        # of the last block, NaN while it is stuck; where it slips already, since when is not known
+        moving = [state.directions[-1] != 0 for state in states]
+        self.slipping_since = np.where(moving, states[0].time, np.nan)
         self.last_stick_time = np.full(width, np.nan)
         self._laminar = np.zeros((3, width))  # count, sum and maximum of the lengths
 
     def observe(self, chunk: Chunk) -> None:
         self._end = chunk.end
-        counts = self.slip_count, self.stick_count
+        limits, events = (self._start, self._laminar_time), (chunk.events, chunk.event_count)
         last = self.slipping_since, self.last_stick_time, self._laminar
-        limits = self._start, self._laminar_time
-        _follow(chunk.events, chunk.event_count, *limits, *counts, *last)
+        _follow(*events, limits, self._counts, *last)
 
     def laminar(self) -> dict[str, np.ndarray]:
         """laminar_fraction, _count, _mean, _longest (W,), the slip going on included."""
@@ -62,28 +59,16 @@ class SlipActivity:
 
 
 @kernel
-def _follow(
-    events,
-    event_count,
-    start,
-    laminar_time,
-    slip_count,
-    stick_count,
-    slipping_since,
-    last_stick_time,
-    laminar,
-):
-    last_block = slip_count.shape[1] - 1
+def _follow(events, event_count, limits, counts, slipping_since, last_stick_time, laminar):
+    start, laminar_time = limits
+    last_block = counts.shape[2] - 1
     for lane in range(events.shape[0]):
         for index in range(event_count[lane]):
             time = events[lane, index, EVENT_TIME]
             block = int(events[lane, index, EVENT_BLOCK])
             slips = events[lane, index, EVENT_SLIP] > 0.0
             if time >= start:
-                if slips:
-                    slip_count[lane, block] += 1
-                else:
-                    stick_count[lane, block] += 1
+                counts[int(slips), lane, block] += 1
             if block != last_block:
                 continue
             if slips:
@@ -99,13 +84,14 @@ def _follow(
 
 
 class MostStuck:
-    """The largest number of blocks that were stuck at one time."""
+    """The largest number of blocks that were stuck at one time, and the number of events."""
 
     def __init__(self, n_stuck: np.ndarray) -> None:
         self._now = np.array(n_stuck)
-        self.most = self._now.copy()
+        self.most, self.events = self._now.copy(), np.zeros_like(self._now)
 
     def observe(self, chunk: Chunk) -> None:
+        self.events += chunk.event_count
         for lane, count in enumerate(chunk.event_count):
             events = chunk.events[lane, :count]
             changes = np.where(events[:, EVENT_SLIP] > 0, -1, 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,26 +11,28 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
+from beltrepro.engine.state import ChainState
 from beltrepro.observe.crossings import ReturnLog
+from beltrepro.observe.length import Reach
 from beltrepro.observe.slips import EventLog, slips_and_avalanches
-from beltrepro.simulation.groups import Report, in_groups, integrator_of
+from beltrepro.simulation.groups import Group, Report, in_groups, integrator_of, of_each
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.setup import (
-    Case,
     Chains,
     PerChain,
     check_lengths,
     section_positions,
     setup_of,
+    warn,
     with_setup,
 )
-from beltrepro.simulation.tables import blocks, frame, html
+from beltrepro.simulation.tables import Arrays, blocks, frame
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-class Catalogue(dict[str, np.ndarray]):
+class Catalogue(Arrays):
     """Slips, avalanches and section points of P chains: a dict of structured arrays.
 
     In all of them `point` is the number of the chain. Model units, laboratory frame.
@@ -65,9 +66,6 @@ class Catalogue(dict[str, np.ndarray]):
             columns |= blocks("position", rows["positions"])
             columns |= blocks("velocity", rows["velocities"])
         return frame(columns)
-
-    def _repr_html_(self) -> str:
-        return html(self)
 
 
 @with_setup
@@ -103,7 +101,8 @@ def catalogue(
     Catalogue
         A dict of structured arrays. slips, avalanches : those that start after the transient, see
         `beltrepro.observe.slips`. section : point, time, positions (N,), velocities (N,) of each
-        crossing after the transient, N that of the longest chain, NaN padded.
+        crossing after the transient, N that of the longest chain, NaN padded. A chain of which
+        there is none gets a warning that says what it did instead.
 
     Raises
     ------
@@ -122,15 +121,14 @@ def catalogue(
     vectors = [(name, "f8", (max(sizes),)) for name in ("positions", "velocities")]
     crossing = np.dtype([("point", "i4"), ("time", "f8"), *vectors])
     record = partial(_recorded, sections, section_block, crossing, transient, loading)
-    recorded = in_groups(made.cases, record, progress, workers=made.workers)
+    recorded = of_each(in_groups(made.cases, record, progress, workers=made.workers))
     loading.warn()
-    tables = zip(*(tables for _, group in recorded for tables in group), strict=True)
-    return Catalogue(
-        {
-            name: _joined(parts)
-            for name, parts in zip(("slips", "avalanches", "section"), tables, strict=True)
-        }
-    )
+    *parts, missing = zip(*recorded, strict=True)
+    if any(missing):
+        first, many = next(filter(None, missing)), sum(map(bool, missing))
+        warn(first if len(missing) == 1 else f"{many} of {len(missing)} chains: {first}")
+    tables = map(np.concatenate, parts)
+    return Catalogue(zip(("slips", "avalanches", "section"), tables, strict=True))
 
 
 def _recorded(
@@ -139,34 +137,43 @@ def _recorded(
     crossing: np.dtype,
     transient: float,
     loading: LoadingWatch,
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-) -> list[tuple[np.ndarray, ...]]:
-    """Slips, avalanches and section points of each chain of a group with these numbers."""
-    chain = members[0].parameters
-    section = Section(section_block or chain.n_blocks, sections[group])
-    integrator = integrator_of(members, section=section)
-    start = members[0].state.time + transient
-    events, crossings = EventLog(len(members), chain.rest_positions), ReturnLog(len(members))
-    loading.observe(group, integrator, [events, crossings], report)
+    group: Group,
+) -> list[tuple[Any, ...]]:
+    """Slips, avalanches, section points of each chain of a group, and what it has none of."""
+    chain, width, start = group.chain, len(group.cases), group.start + transient
+    section = Section(section_block or chain.n_blocks, sections[group.indices])
+    events, crossings = EventLog(width, chain.rest_positions), ReturnLog(width)
+    reach, sampled = Reach(width, start), chain.n_blocks + 1 - section.block
+    chains = integrator_of(group.cases, section=section, sampled_blocks=sampled)
+    loading.observe(group, chains, events, crossings, reach)
+    low, high = (end + chain.rest_positions[section.block - 1] for end in (reach.low, reach.high))
+    since, ends = np.maximum(crossings.last_event, group.start), chains.state()
     law = law_constants(chain)
-    tables: list[tuple[np.ndarray, ...]] = []
-    for lane, (number, case) in enumerate(zip(group, members, strict=True)):
+    tables: list[tuple[Any, ...]] = []
+    for lane, (number, case) in enumerate(zip(group.indices, group.cases, strict=True)):
         times, states, _ = crossings.returns(lane)
         late = times >= start
         points = np.zeros(late.sum(), crossing)
         points["positions"] = points["velocities"] = np.nan
         points["point"], points["time"] = number, times[late]
         positions, velocities = np.hsplit(states[late], 2)
-        points["positions"][:, : chain.n_blocks] = positions + case.parameters.rest_positions
+        points["positions"][:, : chain.n_blocks] = positions + chain.rest_positions
         points["velocities"][:, : chain.n_blocks] = velocities + case.parameters.belt_velocity
         slips = slips_and_avalanches(events.events(lane), number, case.state, law, start)
-        tables.append((*slips, points))
+        none = []
+        if not len(slips[0]):
+            doing = _doing(ends[lane])
+            none.append(f"no slip begins and ends: {doing} from t = {since[lane]:g} on")
+        if not len(points) and np.isfinite(low[lane]):
+            way, level = f"{low[lane]:.6g} to {high[lane]:.6g}", section.positions[lane]
+            none.append(f"x_{section.block} runs from {way}, never down through {level:g}")
+        about = f"{case.parameters.describe()}: {'; '.join(none)}" if none else ""
+        tables.append((*slips, points, about))
     return tables
 
 
-def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Tables of several chains as one, in their order."""
-    joined = np.concatenate(parts)
-    return joined[np.argsort(joined["point"], kind="stable")]
+def _doing(state: ChainState) -> str:
+    """What the blocks of a chain do."""
+    slipping, n_blocks = int(np.count_nonzero(state.directions)), len(state.directions)
+    some = f"{slipping} of {n_blocks} blocks slip"
+    return {n_blocks: "all blocks slip", 0: "all blocks stick"}.get(slipping, some)

@@ -6,11 +6,13 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from numbers import Real
 from typing import Any, TypeAlias, TypeVar
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
+from beltrepro.model.parameters import PER_BLOCK
 
 T = TypeVar("T")
 Axis: TypeAlias = T | Sequence[T]
@@ -43,7 +45,7 @@ class Grid:
     compression_rate, extension_rate : float or sequence of float
         b_1 and b_2 of the springs.
     mass, stiffness : float or sequence of float
-        m of all blocks and k of all springs.
+        m of all blocks and k of all springs; mass=[(1, 3, 1)] is one chain whose blocks differ.
     weakening_velocity, viscosity : float or sequence of float
         v_w and eta of kinetic friction.
     replicates : int
@@ -78,6 +80,8 @@ class Grid:
 
     def __post_init__(self) -> None:
         axes = {name: _values(name, getattr(self, name)) for name in QUANTITIES}
+        for name in PER_BLOCK:
+            _check_chains(name, getattr(self, name), axes)
         copies = checks.key("replicates", self.replicates)
         count = copies * (combinations := math.prod(map(len, axes.values())))
         if not 1 <= count <= MOST_CHAINS:
@@ -101,6 +105,18 @@ def _values(name: str, value: Any) -> list:
     """The values of an axis; whether each is right, its chain will say."""
     if not checks.is_sequence(value):
         return [value]
-    if values := list(value):
+    if values := checks.listed(name, value):
         return values
     raise InputError(f"{name} is empty: at least one number is needed")
+
+
+def _check_chains(name: str, value: Any, axes: dict[str, list]) -> None:
+    """That numbers which each block can have are not meant as those of the blocks of one chain."""
+    numbers = [item for item in axes[name] if isinstance(item, Real)]
+    fits = len(numbers) > 1 and len(numbers) in axes["n_blocks"]
+    if (fits and isinstance(value, tuple)) or len(set(numbers)) < len(numbers):
+        written = [f"{item:g}" for item in numbers]
+        one = f"{name}=[({', '.join(written)})] for one chain whose blocks differ so, "
+        several = f"{name}=[{', '.join(dict.fromkeys(written))}] for several of equal blocks"
+        either = one + several if fits else several
+        raise InputError(f"{name} = {checks.shown(value)}: write {either}")

@@ -1,6 +1,7 @@
 """Groups of cases that advance together, on several cores."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -9,8 +10,9 @@ from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.threads import in_threads
 from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
-from beltrepro.simulation.sampling import for_moments
-from beltrepro.simulation.setup import METHODS, Case
+from beltrepro.model import ChainParameters
+from beltrepro.observe.length import LengthMoments
+from beltrepro.simulation.setup import METHODS, Case, warn
 
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
@@ -18,6 +20,27 @@ T = TypeVar("T")
 
 _GROUPS_EACH = 2  # groups for each core, at least: they take different times
 _VECTOR = 8  # chains that an integrator advances in about the time of one
+MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
+_FEWEST = 10  # samples for r and <x_N>
+
+
+@dataclass(frozen=True)
+class Group:
+    """Cases of one `kind`, which advance together."""
+
+    cases: list[Case]
+    indices: np.ndarray  # which of all they are
+    report: Report
+
+    @property
+    def chain(self) -> ChainParameters:
+        """The first chain, whose size and law all have."""
+        return self.cases[0].parameters
+
+    @property
+    def start(self) -> float:
+        """Instant at which they begin."""
+        return self.cases[0].state.time
 
 
 def check_progress(progress: Any) -> None:
@@ -28,15 +51,12 @@ def check_progress(progress: Any) -> None:
 
 def in_groups(
     cases: Sequence[Case],
-    work: Callable[[np.ndarray, list[Case], Report], T],
+    work: Callable[[Group], T],
     progress: Report | None,
     *,
     workers: int | None = 1,
 ) -> list[tuple[np.ndarray, T]]:
-    """What is made of each group of cases that advance together, with the indices of these.
-
-    work : takes these indices, the cases, and how to report.
-    """
+    """The indices of the cases of each group, and what is made of it."""
     check_progress(progress)
     workers = workers or 1
     groups = _groups(cases, workers)
@@ -56,7 +76,8 @@ def in_groups(
             done[number] = fraction
             told()
 
-        return work(groups[number], [cases[index] for index in groups[number]], report)
+        indices = groups[number]
+        return work(Group([cases[index] for index in indices], indices, report))
 
     if workers == 1 or len(groups) == 1:
         outcomes = [made(number, show) for number in range(len(groups))]
@@ -65,6 +86,12 @@ def in_groups(
     done[:] = 1.0
     show()
     return list(zip(groups, outcomes, strict=True))
+
+
+def of_each(made: list[tuple[np.ndarray, list[T]]]) -> list[T]:
+    """What was made of each case, in their order, from what was made of the groups."""
+    outcomes = dict(pair for indices, parts in made for pair in zip(indices, parts, strict=True))
+    return [outcomes[index] for index in range(len(outcomes))]
 
 
 def _groups(cases: Sequence[Case], workers: int) -> list[np.ndarray]:
@@ -93,14 +120,19 @@ def integrator_of(
 ) -> Integrator:
     """The integrator that advances a group; it samples the last block for r unless told more."""
     first = members[0]
-    settings: dict[str, Any] = {
-        "time_step": first.time_step,
-        "sampling": sampling or for_moments(members),
-        "sampled_blocks": sampled_blocks,
-        "section": section,
-        **first.accuracy,
-    }
-    return METHODS[first.method]([case.state for case in members], **settings)
+    return METHODS[first.method](
+        [case.state for case in members],
+        sampling=sampling or for_moments(members),
+        sampled_blocks=sampled_blocks,
+        section=section,
+        **first.numerics,
+    )
+
+
+def for_moments(members: Sequence[Case]) -> Sampling:
+    """When a group takes samples of x_N for r alone."""
+    time_step = members[0].time_step
+    return Sampling(max(1, round(MOMENTS_INTERVAL / time_step)), time_step)
 
 
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Report) -> None:
@@ -112,7 +144,14 @@ def observe(integrator: Integrator, duration: float, observers: Sequence, report
         report((chunk.end - start) / duration)
 
 
-def slipping_since(members: Sequence[Case]) -> np.ndarray:
-    """When the slip of the last block (W,) began with which the cases begin; NaN if it is stuck."""
-    # that of the state, since no more is known
-    return np.array([case.state.time if case.state.directions[-1] else np.nan for case in members])
+def moments_of(moments: LengthMoments, chains: Integrator) -> dict[str, np.ndarray]:
+    """Moments of the length (W,) of chains; r and <x_N> are NaN, warned, of too few samples."""
+    lengths = moments.result(chains.parameters[0].rest_positions[-1])
+    if moments.count < _FEWEST:
+        warn(
+            f"r and <x_N> are NaN: the {chains.time - moments.start:g} of model time over which "
+            f"they are to be found hold {moments.count} samples, at least {_FEWEST} are needed"
+        )
+        nothing = np.full_like(lengths["mean_length"], np.nan)
+        lengths |= {"mean_length": nothing, "disorder_parameter": nothing}
+    return lengths

@@ -1,17 +1,16 @@
 """Says in one line that chains still load while they are measured."""
 
 import math
-import warnings
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beltrepro.engine.integrator import Integrator
 from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
-from beltrepro.simulation.groups import Report, observe
-from beltrepro.simulation.setup import Case, caller
+from beltrepro.simulation.groups import Group, observe
+from beltrepro.simulation.setup import Case, warn
 
 _MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
@@ -27,24 +26,22 @@ class LoadingWatch:
         # of the runs in which it matters: a transient that leaves it out, and r
         self._loading: dict[int, tuple[float, float]] = {}
 
-    def observe(
-        self, group: np.ndarray, integrator: Integrator, observers: Sequence, report: Report
-    ) -> None:
+    def observe(self, group: Group, chains: Integrator, *observers: Any) -> None:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
-        cases = [self._cases[number] for number in group]
-        start, rest = cases[0].state.time, cases[0].parameters.rest_positions[-1]
-        history = LengthHistory(len(cases), start + self._transient, start + self._duration)
-        if self._transient >= _SURELY * max(map(_loading_time, cases)):
-            observe(integrator, self._duration, observers, report)
-            return
-        observe(integrator, self._duration, [*observers, history], report)
+        cases, end = group.cases, group.start + self._duration
+        history = LengthHistory(len(cases), group.start + self._transient, end)
+        loaded = all(
+            _age(case) + self._transient >= _SURELY * _loading_time(case) for case in cases
+        )
+        watching = observers if loaded else (*observers, history)
+        observe(chains, self._duration, watching, group.report)
         if history.count.any():
             length, matters, whole, _ = beginning(history)
-            disorder = whole.deviation / (whole.mean + rest)
+            disorder = whole.deviation / (whole.mean + group.chain.rest_positions[-1])
             for lane in np.flatnonzero(matters):
                 if self._may_load(cases[lane]):
                     needed = self._needed(cases[lane], length[lane])
-                    self._loading[int(group[lane])] = needed, disorder[lane]
+                    self._loading[int(group.indices[lane])] = needed, disorder[lane]
 
     def warn(self) -> None:
         """Warn if runs are measured while their chains load, and say how long that takes."""
@@ -55,16 +52,15 @@ class LoadingWatch:
         total = len(self._cases)
         many = "" if total == 1 else f"{len(self._loading)} of {total} chains: "
         longer = "" if needed < self._duration / 2 else " and a duration well beyond it"
-        warnings.warn(
+        warn(
             f"{many}loading is measured too ({self._cases[number].parameters.describe()}: "
-            f"r = {disorder:.3g}); transient={needed:g}{longer} leaves it out",
-            stacklevel=caller(),
+            f"r = {disorder:.3g}); transient={needed:g}{longer} leaves it out"
         )
 
     def _needed(self, case: Case, length: float) -> float:
         """A transient that leaves the loading of a run out, of two digits."""
         seen = self._transient + length if math.isfinite(length) else 0.0
-        time = _AMPLE * max(_loading_time(case), seen)
+        time = _AMPLE * (max(_loading_time(case) - _age(case), seen) or self._duration)
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
         return math.ceil(time / step) * step
 
@@ -72,13 +68,22 @@ class LoadingWatch:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
         slowest = 4 * case.parameters.n_blocks + 2  # period, less than 2 pi / (pi / (2N + 1))
         measured = self._duration - self._transient
-        return measured >= _PERIODS * slowest or self._transient < _loading_time(case)
+        left_out, loading = _age(case) + self._transient, _loading_time(case)
+        if _age(case) > 0:  # its motion may be as slow as that
+            slowest = max(slowest, loading)
+        return measured >= _PERIODS * slowest or left_out < loading
 
 
 def _loading_time(case: Case) -> float:
     """Time in which the belt brings the last block to where springs and friction balance."""
     chain = case.parameters
-    return (balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
+    begun = chain.rest_positions if _age(case) else case.state.positions
+    return (balance_length(chain) - begun[-1]) / chain.belt_velocity
+
+
+def _age(case: Case) -> float:
+    """How long a chain has moved before its run, in which it has loaded."""
+    return case.state.time if case.state.displacements.any() else 0.0
 
 
 class Moments(NamedTuple):

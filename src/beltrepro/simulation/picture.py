@@ -36,11 +36,6 @@ _USUAL_ROWS = 12  # blocks for which there is room on the usual page
 _ROW = 0.12  # inches for each block beyond
 
 
-def plot(run: Any, path: str | Path | None = None) -> Figure:
-    """Draw a run; write the figure to a file, or show it."""
-    return put(lambda: draw(run), path, f"{run!r}, beltrepro {run.version}")
-
-
 def put(draw: Callable[[], Figure], path: str | Path | None, title: str) -> Figure:
     """Write the figure that a function draws to a file, or show it."""
     if path is not None and Path(path).suffix.lower() not in SUFFIXES:

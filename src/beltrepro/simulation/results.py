@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,17 +12,17 @@ import numpy as np
 from beltrepro.base import atomic, checks, names, provenance, store
 from beltrepro.base.errors import InputError
 from beltrepro.simulation.grid import QUANTITIES
-from beltrepro.simulation.groups import Report, in_groups
-from beltrepro.simulation.setup import Case, Setup, columns
-from beltrepro.simulation.tables import frame, html
+from beltrepro.simulation.groups import Group, Report, in_groups
+from beltrepro.simulation.setup import Setup, columns
+from beltrepro.simulation.tables import Arrays, frame
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Measure = Callable[[np.ndarray, list[Case], Report], dict[str, np.ndarray]]
+Measure = Callable[[Group], dict[str, np.ndarray]]
 
 
-class Results(dict[str, np.ndarray]):
+class Results(Arrays):
     """What was measured of P chains: a dict of arrays with first axis P, in model units.
 
     What each chain is and how it was advanced comes first, then what the function has measured.
@@ -44,7 +45,7 @@ class Results(dict[str, np.ndarray]):
     def __getitem__(self, name: Any) -> Any:
         """The array of this name, or by the number of a chain what was measured of it."""
         if not isinstance(name, int | np.integer):
-            return super().__getitem__(name)
+            return super().__getitem__(name) if isinstance(name, str) else self.__missing__(name)
         chains = len(self["replicate"])
         if not -chains <= name < chains:
             raise IndexError(f"chain {name} of {chains}")  # it ends a loop over the chains
@@ -80,12 +81,9 @@ class Results(dict[str, np.ndarray]):
                 columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
         return frame(columns)
 
-    def _repr_html_(self) -> str:
-        return html(self)
-
     @names.checked
     def save(self, path: str | Path) -> None:
-        """Write the table as CSV, or all arrays with the settings as HDF5.
+        """Write the table as CSV, or all arrays with the settings as HDF5, over what is there.
 
         Parameters
         ----------
@@ -102,7 +100,8 @@ class Results(dict[str, np.ndarray]):
             with atomic.replacing(path) as unfinished:
                 self.table().to_csv(unfinished, index=False)
         elif path.suffix.lower() == ".h5":
-            store.write(path, dict(self), provenance.origin() | self.settings)
+            order = {"columns": json.dumps(list(self))}  # the file has them by name
+            store.write(path, dict(self), provenance.origin() | self.settings | order)
         else:
             raise InputError(f"path = {path}: must end in .csv, .h5")
 
@@ -126,10 +125,13 @@ class Results(dict[str, np.ndarray]):
         InputError
             The file is missing, damaged, or holds something else.
         """
-        data = store.read(checks.path("path", path))
+        if checks.path("path", path).suffix.lower() == ".csv":
+            raise InputError(f"path = {path}: pandas.read_csv reads a table; this needs an .h5")
+        data = store.read(path)
         if "replicate" not in data.arrays:
             raise InputError(f"{path}: not a file of results")
-        return cls(data.arrays, data.attributes)
+        order = json.loads(data.attributes.pop("columns", "[]")) or data.arrays
+        return cls({name: data.arrays[name] for name in order}, data.attributes)
 
 
 def gathered(

@@ -1,24 +1,34 @@
-"""One simulated chain as a value: what made it and what it did."""
+"""One simulated chain as a value: what made it and what it did.
+
+Its HDF5 file has datasets time (T,), positions, velocities, friction (T, N) and events, as `Run`
+names them; groups initial_state and final_state with the arrays of `ChainState`, and in them a
+group scheme with the variables of the integrator. All other values are attributes of the file.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from beltrepro.base import checks, names
-from beltrepro.base.errors import needing
-from beltrepro.engine.state import ChainState, equal_fields
+from beltrepro.base import checks, names, store
+from beltrepro.base.checks import shown
+from beltrepro.base.errors import InputError, needing
+from beltrepro.engine.state import ChainState, Scheme, equal_fields
 from beltrepro.model import ChainParameters
 from beltrepro.observe import sum_rule
-from beltrepro.simulation.run_file import load_run, save_run
+from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.tables import Tabled, blocks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_ARRAYS = ("time", "positions", "velocities", "friction", "events")
+_STATES = ("initial_state", "final_state")
+_OF_STATE = [one.name for one in fields(ChainState) if one.name not in ("parameters", "scheme")]
 _NUMBERS = [(name, "f8") for name in ("force", "position", "dissipated")]
 EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), *_NUMBERS])
 
@@ -149,11 +159,12 @@ class Run(Tabled):
         """
         with needing("a picture of a run"):
             from beltrepro.simulation import picture
-        return picture.plot(self, None if path is None else checks.path("path", path))
+        path = None if path is None else checks.path("path", path)
+        return picture.put(lambda: picture.draw(self), path, f"{self!r}, beltrepro {self.version}")
 
     @names.checked
     def save(self, path: str | Path) -> None:
-        """Write the run to an HDF5 file, from which `load` makes an equal one.
+        """Write the run to an HDF5 file, over one that is there; `load` makes an equal run of it.
 
         Parameters
         ----------
@@ -165,7 +176,20 @@ class Run(Tabled):
         InputError
             It is no path.
         """
-        save_run(checks.path("path", path), self)
+        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        attributes = {"kind": "run", "units": "model units"}
+        attributes |= {name: getattr(self, name) for name in _numbers()}
+        for name, value in asdict(self.parameters).items():
+            attributes[name] = json.dumps(value) if isinstance(value, tuple) else value
+        for name in _STATES:
+            state = getattr(self, name)
+            arrays |= {f"{name}/{part}": getattr(state, part) for part in _OF_STATE}
+            if scheme := state.scheme:
+                attributes[f"{name}_integrator"] = scheme.integrator
+                attributes[f"{name}_time_step"] = scheme.time_step
+                arrays |= {f"{name}/scheme/{part}": one for part, one in scheme.variables.items()}
+        given = {name: value for name, value in attributes.items() if value is not None}
+        store.write(checks.path("path", path), arrays, given)
 
     @classmethod
     @names.checked
@@ -187,4 +211,39 @@ class Run(Tabled):
         InputError
             The file is missing, damaged, or holds something else.
         """
-        return load_run(checks.path("path", path), cls)
+        data = store.read(checks.path("path", path))
+        stored = data.attributes
+        if (kind := stored.get("kind")) != "run":
+            raise InputError(f"{path}: not a run, but of kind {shown(kind)}")
+        try:
+            chain = ChainParameters(**{name: _constant(stored[name]) for name in QUANTITIES})
+            values: dict[str, Any] = {name: stored.get(name) for name in _numbers()}
+            values |= {name: data.arrays[name] for name in _ARRAYS}
+            values |= {name: _state(name, chain, data) for name in _STATES}
+        except (InputError, ValueError, TypeError) as error:
+            raise InputError(f"{path}: {error}") from None
+        except KeyError as error:
+            raise InputError(f"{path}: a run without {error.args[0]!r}") from None
+        return cls(parameters=chain, **values)
+
+
+def _numbers() -> list[str]:
+    """The fields of a run that are single numbers or text."""
+    others = ("parameters", *_ARRAYS, *_STATES)
+    return [field.name for field in fields(Run) if field.name not in others]
+
+
+def _constant(value: Any) -> Any:
+    """A constant of a chain; a text holds those of its blocks."""
+    return json.loads(value) if isinstance(value, str) else value
+
+
+def _state(name: str, chain: ChainParameters, data: store.Dataset) -> ChainState:
+    arrays = {part: data.arrays[f"{name}/{part}"] for part in _OF_STATE}
+    values: Any = {part: array if array.ndim else array.item() for part, array in arrays.items()}
+    scheme, prefix = None, f"{name}/scheme/"
+    if integrator := data.attributes.get(f"{name}_integrator"):
+        places = [place for place in data.arrays if place.startswith(prefix)]
+        variables = {place.removeprefix(prefix): np.asarray(data.arrays[place]) for place in places}
+        scheme = Scheme(integrator, data.attributes[f"{name}_time_step"], variables)
+    return ChainState(parameters=chain, **values, scheme=scheme)

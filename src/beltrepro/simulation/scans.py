@@ -8,24 +8,22 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.observe.crossings import SectionValues
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
-from beltrepro.simulation.groups import Report, integrator_of, observe, slipping_since
+from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.results import Results, gathered
-from beltrepro.simulation.sampling import for_moments, moments_of
 from beltrepro.simulation.setup import (
-    Case,
     Chains,
     PerChain,
     check_duration,
     check_lengths,
     section_positions,
     setup_of,
+    warn,
     with_setup,
 )
 
@@ -83,49 +81,45 @@ def scan(
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     section_values = checks.key("section_values", section_values)
-    if section_values > MOST_VALUES:
-        raise InputError(f"section_values = {section_values}: must be at most {MOST_VALUES}")
-    laminar_time = checks.not_negative("laminar_time", laminar_time)
+    checks.within("section_values", section_values, le=MOST_VALUES)
     settings: dict[str, Any] = {"transient": transient, "section_values": section_values}
-    settings |= {"laminar_time": laminar_time}
+    settings |= {"laminar_time": checks.not_negative("laminar_time", laminar_time)}
     sections = section_positions(section_position, made.cases)
     loading = LoadingWatch(made.cases, duration, transient)
     measure = partial(_scanned, sections, loading, **settings)
     results = gathered("scan", made, measure, progress, duration=duration, **settings)
     loading.warn()
+    if section_position is not None and not results["section_count"].any():
+        low, high = results["minimum_length"].min(), results["maximum_length"].max()
+        warn(f"no chain comes down through section_position: x_N runs from {low:g} to {high:g}")
     return results
 
 
 def _scanned(
     sections: np.ndarray,
     loading: LoadingWatch,
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
+    group: Group,
     *,
     transient: float,
     section_values: int,
     laminar_time: float,
 ) -> dict[str, np.ndarray]:
     """What a scan measures of a group of W chains: arrays with first axis W."""
-    chain, width = members[0].parameters, len(members)
-    begin = [case.state for case in members]
-    start = begin[0].time + transient
-    integrator = integrator_of(members, section=Section(chain.n_blocks, sections[group]))
-    moments = LengthMoments(width, start)
-    belt_velocities = np.array([case.parameters.belt_velocity for case in members])
+    n_blocks, levels, start = group.chain.n_blocks, sections[group.indices], group.start + transient
+    begin = [case.state for case in group.cases]
+    chains = integrator_of(group.cases, section=Section(n_blocks, levels))
+    moments = LengthMoments(len(begin), start)
+    belt_velocities = np.array([state.parameters.belt_velocity for state in begin])
     section = SectionValues(belt_velocities, section_values, start)
-    slips = SlipActivity(width, chain.n_blocks, start, laminar_time, slipping_since(members))
-    forward = ForwardSlip(begin)
-    loading.observe(group, integrator, [moments, section, slips, forward], report)
-    end = integrator.state()
-    more = max(0, SLIP_COLUMNS - chain.n_blocks)
+    slips, forward = SlipActivity(begin, start, laminar_time), ForwardSlip(begin)
+    loading.observe(group, chains, moments, section, slips, forward)
+    end, more = chains.state(), max(0, SLIP_COLUMNS - n_blocks)
     return {
-        **moments_of(moments, members, for_moments(members), start, integrator.time),
-        "energy_residual": integrator.energy_residual(),
+        **moments_of(moments, chains),
+        "energy_residual": chains.energy_residual(),
         "mean_wall_tension": mean_wall_tension(begin, end),
         "sum_rule_residual": sum_rule_residual(begin, end, forward.way(end)),
-        "section_position": sections[group],
+        "section_position": levels,
         "section_count": section.count,
         "section_velocity": section.values,
         "slip_count": np.pad(slips.slip_count, ((0, 0), (0, more))),
@@ -180,10 +174,7 @@ def time_to_continuous_slip(
     """
     duration = check_duration(duration)
     settle_time = SETTLE_SHARE * duration if settle_time is None else settle_time
-    settle_time = checks.finite_number("settle_time", settle_time)
-    if not 0 < settle_time <= duration:
-        limits = f"must be greater than 0 and at most duration = {duration:g}"
-        raise InputError(f"settle_time = {settle_time:g}: {limits}")
+    settle_time = checks.within("settle_time", settle_time, gt=0, le=duration)
     settings: dict[str, Any] = {"duration": duration, "settle_time": settle_time}
     settings |= {"laminar_time": checks.not_negative("laminar_time", laminar_time)}
     measure, made = partial(_until_slip, **settings), setup_of(chains, setup)
@@ -191,25 +182,17 @@ def time_to_continuous_slip(
 
 
 def _until_slip(
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-    *,
-    duration: float,
-    settle_time: float,
-    laminar_time: float,
+    group: Group, *, duration: float, settle_time: float, laminar_time: float
 ) -> dict[str, np.ndarray]:
     """When the W chains of a group come to continuous slip: arrays with first axis W."""
-    chain, width = members[0].parameters, len(members)
-    start = members[0].state.time
-    settled = start + (duration - settle_time)
-    integrator = integrator_of(members)
-    moments = LengthMoments(width, settled)
-    slips = SlipActivity(width, chain.n_blocks, settled, laminar_time, slipping_since(members))
-    observe(integrator, duration, [moments, slips], report)
-    final = moments_of(moments, members, for_moments(members), settled, integrator.time)
+    start, settled = group.start, group.start + (duration - settle_time)
+    chains, begin = integrator_of(group.cases), [case.state for case in group.cases]
+    moments = LengthMoments(len(begin), settled)
+    slips = SlipActivity(begin, settled, laminar_time)
+    observe(chains, duration, [moments, slips], group.report)
+    final = moments_of(moments, chains)
     # NaN (stuck at the end) compares false; without a stick on the way the lifetime is 0
-    escaped = integrator.time - slips.slipping_since > laminar_time
+    escaped = chains.time - slips.slipping_since > laminar_time
     last_stick = np.nan_to_num(slips.last_stick_time, nan=start)
     return {
         "lifetime": np.where(escaped, last_stick - start, duration),

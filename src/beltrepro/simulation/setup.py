@@ -6,7 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property, partial
 from inspect import signature
 from typing import Any, TypeAlias, TypeVar
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
-from beltrepro.base.checks import is_sequence, shown
+from beltrepro.base.checks import is_sequence, listed, shown
 from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.noise import stream_key
@@ -65,11 +65,12 @@ class Case:
         return chain.n_blocks, chain.law, chain.noise > 0, self.state.time, *numerics
 
     @property
-    def accuracy(self) -> dict[str, float]:
-        """What the integrator is told about its accuracy."""
-        if self.tolerance is None:
-            return {}
-        return {"tolerance": self.tolerance, "noise_share": 0.0}  # as asked, noise or not
+    def numerics(self) -> dict[str, float]:
+        """What the integrator is told of its steps."""
+        steps = {"time_step": self.time_step}
+        if self.tolerance is not None:  # as asked, noise or not
+            steps |= {"tolerance": self.tolerance, "noise_share": 0.0}
+        return steps
 
     @property
     def identity(self) -> tuple:
@@ -167,11 +168,11 @@ class Setup:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).copy().items():
-            if is_sequence(value) and not isinstance(value, np.ndarray | Grid):
-                object.__setattr__(self, name, list(value))  # it may be an iterator
+            if is_sequence(value) and not isinstance(value, Grid):
+                object.__setattr__(self, name, listed(name, value))  # it may be an iterator
         object.__setattr__(self, "workers", _cores(self.workers))
         object.__setattr__(self, "cases", _cases(self))
-        _warn_of_repeats(self.cases)
+        _warn_of_repeats(self)
 
     @property
     def alone(self) -> bool:
@@ -201,16 +202,6 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
             f"{name}: not together with a Setup; dataclasses.replace(setup, {name}=...) has it"
         )
     return chains
-
-
-def part_of(setup: Setup, place: slice) -> Setup:
-    """Some of the chains of a setup of several."""
-    values = _several(setup)
-    if isinstance(setup.chains, Grid):
-        values |= {"chains": setup.chains.chains, "replicate": setup.chains.replicate}
-    elif not isinstance(setup.chains, ChainParameters):
-        values["chains"] = setup.chains
-    return replace(setup, **{name: value[place] for name, value in values.items()})
 
 
 def columns(setup: Setup) -> dict[str, np.ndarray]:
@@ -275,7 +266,7 @@ def _for_each(name: str, value: Any, n_chains: int, check: Check) -> list:
     """One checked value for each chain, from one for all or a sequence of them."""
     if not _is_several(name, value):
         return [check(name, value)] * n_chains
-    values = list(value)
+    values = listed(name, value)
     if not values:
         raise InputError(f"{name} is empty: at least one value is needed")
     if len(values) != n_chains:
@@ -385,22 +376,32 @@ def _start(row: dict[str, Any], seed: int, replicate: int) -> np.ndarray | None:
     return positions
 
 
-def _warn_of_repeats(cases: Sequence[Case]) -> None:
+def _warn_of_repeats(setup: Setup) -> None:
+    cases = setup.cases
     if len({case.parameters for case in cases}) == len(cases):
         return
-    if repeated := len(cases) - len({case.identity for case in cases}):
-        noise = any(case.parameters.noise > 0 for case in cases)
-        advice = "" if noise else " and an initial_spread"
-        warnings.warn(
-            f"{repeated} of {len(cases)} chains repeat another bit by bit; for runs that differ "
-            f"give them other replicates: replicate=range({len(cases)}){advice}",
-            stacklevel=caller(),
-        )
+    firsts: dict[tuple, Case] = {}
+    pairs = [(firsts.setdefault(case.identity, case), case) for case in cases]
+    repeats = [(one, other) for one, other in pairs if one is not other]
+    if not repeats:
+        return
+    needed, is_grid = [], isinstance(setup.chains, Grid)
+    twice = [one.state.replicate == other.state.replicate for one, other in repeats]
+    if any(twice):
+        needed.append("a Grid of each value once" if is_grid else f"replicate=range({len(cases)})")
+    alike = [case for (_, case), same in zip(repeats, twice, strict=True) if not (is_grid and same)]
+    if any(case.parameters.noise == case.initial_spread == 0 for case in alike):
+        begun = setup.initial_state is None
+        needed.append("an initial_spread" if begun else "other states, by ChainState.moved")
+    warn(
+        f"{len(repeats)} of {len(cases)} chains repeat another bit by bit; runs that differ need "
+        f"{' and '.join(needed)}"
+    )
 
 
-def caller() -> int:
-    """How many calls above is the one from outside this package."""
-    frame, level = sys._getframe(1), 1
+def warn(text: str) -> None:
+    """Warn at the line outside this package from which it was called."""
+    frame, level = sys._getframe(), 1
     while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "beltrepro":
         frame, level = frame.f_back, level + 1
-    return level
+    warnings.warn(text, stacklevel=level)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 from html import escape
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from beltrepro.base import names
+from beltrepro.base.checks import shown
 from beltrepro.base.errors import needing
 
 if TYPE_CHECKING:
@@ -30,6 +32,22 @@ def frame(columns: Mapping[str, Any]) -> pd.DataFrame:
 def blocks(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
     """Values (T, N) as a column for each block, from 1."""
     return {f"{name}_{number}": column for number, column in enumerate(values.T, start=1)}
+
+
+def html(result: Any) -> str:
+    """What a notebook shows of a result: its line and the first rows of its table."""
+    return f"<p>{escape(repr(result))}</p>{result.table().head(_MOST_ROWS).to_html()}"
+
+
+class Arrays(dict[str, np.ndarray]):
+    """Arrays by name."""
+
+    def __missing__(self, name: object) -> Any:
+        meant = names.hint(name, self) if isinstance(name, str) else ""
+        there = f": there are {shorten(', '.join(self), 300)}"
+        raise KeyError(f"no array {shown(name)}{meant or there}")
+
+    _repr_html_ = html
 
 
 class Tabled:
@@ -59,10 +77,4 @@ class Tabled:
         public = [word for word in dir(self) if not word.startswith("_")]
         return getattr(self, names.one_of("name", name, public))
 
-    def _repr_html_(self) -> str:
-        return html(self)
-
-
-def html(result: Any) -> str:
-    """What a notebook shows of a result: its line and the first rows of its table."""
-    return f"<p>{escape(repr(result))}</p>{result.table().head(_MOST_ROWS).to_html()}"
+    _repr_html_ = html

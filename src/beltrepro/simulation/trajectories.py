@@ -1,36 +1,41 @@
-"""Sampled runs of chains."""
+"""Sampled runs of chains, and whether their samples fit in the memory."""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 from functools import cache, partial
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from beltrepro.base import checks
+from beltrepro.base.errors import InputError
 from beltrepro.engine import records
+from beltrepro.engine.integrator import Chunk, Sampling
+from beltrepro.model.friction import kinetic_friction
+from beltrepro.model.parameters import LONGEST
+from beltrepro.model.spring import external_force
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation.groups import Report, in_groups, integrator_of
+from beltrepro.simulation.groups import (
+    MOMENTS_INTERVAL,
+    Group,
+    Report,
+    for_moments,
+    in_groups,
+    integrator_of,
+    moments_of,
+    of_each,
+)
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.run import EVENT, Run
-from beltrepro.simulation.sampling import (
-    SampleLog,
-    check_samples,
-    for_moments,
-    moments_of,
-    sampling_of,
-    with_moments,
-)
-from beltrepro.simulation.setup import (
-    TOLERANCES,
-    Case,
-    Chains,
-    check_lengths,
-    setup_of,
-    with_setup,
-)
+from beltrepro.simulation.setup import TOLERANCES, Case, Chains, check_lengths, setup_of, with_setup
+
+_ROUNDING = 1e-9  # share of an interval
 
 _version = cache(version)  # of a package, which takes a fifth of the time of a short run
 
@@ -85,38 +90,27 @@ def simulate(
     lengths = {"duration": duration, "transient": transient}
     samples = check_samples(sample_interval, sample_start, duration, made.cases)
     loading = LoadingWatch(made.cases, **lengths)
-    work = partial(_follow, loading, lengths | samples)
-    followed = in_groups(made.cases, work, progress, workers=made.workers)
+    work = partial(_followed, loading, lengths | samples)
+    runs = of_each(in_groups(made.cases, work, progress, workers=made.workers))
     loading.warn()
-    runs = {
-        index: run for group, several in followed for index, run in zip(group, several, strict=True)
-    }
-    return runs[0] if made.alone else [runs[index] for index in range(len(made.cases))]
+    return runs[0] if made.alone else runs
 
 
-def _follow(
-    loading: LoadingWatch,
-    settings: dict[str, Any],
-    group: np.ndarray,
-    members: list[Case],
-    report: Report,
-) -> list[Run]:
+def _followed(loading: LoadingWatch, settings: dict[str, Any], group: Group) -> list[Run]:
     """The runs of a group of cases."""
-    first, rest = members[0], members[0].parameters.rest_positions
-    start = first.state.time
-    measured, end = start + settings["transient"], start + settings["duration"]
-    if settings["sample_interval"] is None:
+    members, rest, start = group.cases, group.chain.rest_positions, group.start
+    end, interval = start + settings["duration"], settings["sample_interval"]
+    if interval is None:
         sampling, every, sampled_blocks, kept_from = for_moments(members), 1, 1, math.inf
     else:
-        kept = sampling_of(settings["sample_interval"], first.method, first.time_step)
-        sampling, every = with_moments(kept, first.method)
+        sampling, every = with_moments(interval, members[0])
         sampled_blocks, kept_from = len(rest), start + settings["sample_start"]
-    integrator = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
-    moments, events = LengthMoments(len(members), measured), EventLog(len(members), rest)
+    chains = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
+    moments = LengthMoments(len(members), start + settings["transient"])
+    events = EventLog(len(members), rest)
     samples = SampleLog(members, sampling, every, kept_from, end)
-    loading.observe(group, integrator, [moments, events, samples], report)
-    length = moments_of(moments, members, sampling, measured, integrator.time)
-    residual, states = integrator.energy_residual(), integrator.state()
+    loading.observe(group, chains, moments, events, samples)
+    length, residual, states = moments_of(moments, chains), chains.energy_residual(), chains.state()
     return [
         Run(
             parameters=case.parameters,
@@ -131,7 +125,7 @@ def _follow(
             disorder_parameter=float(length["disorder_parameter"][lane]),
             mean_length=float(length["mean_length"][lane]),
             energy_residual=float(residual[lane]),
-            events=_event_records(events.events(lane)),
+            events=event_records(events.events(lane)),
             **samples.of(lane),
             **settings,
         )
@@ -139,7 +133,7 @@ def _follow(
     ]
 
 
-def _event_records(rows: np.ndarray) -> np.ndarray:
+def event_records(rows: np.ndarray) -> np.ndarray:
     """Events of one chain as records."""
     events = np.empty(len(rows), dtype=EVENT)
     events["time"] = rows[:, records.EVENT_TIME]
@@ -149,3 +143,118 @@ def _event_records(rows: np.ndarray) -> np.ndarray:
     events["position"] = rows[:, records.EVENT_POSITION]
     events["dissipated"] = rows[:, records.EVENT_DISSIPATED]
     return events
+
+
+def check_samples(
+    sample_interval: Any, sample_start: Any, duration: float, cases: Sequence[Case]
+) -> dict[str, Any]:
+    """`sample_interval` and `sample_start` of a call, if the samples fit in the memory together."""
+    start = checks.not_negative("sample_start", sample_start)
+    if sample_interval is None:
+        return {"sample_interval": None, "sample_start": start}
+    interval = checks.positive("sample_interval", sample_interval, LONGEST)
+    for method, time_step in {(case.method, case.time_step) for case in cases}:
+        sampling_of(interval, method, time_step)
+    if start > duration:
+        raise InputError(f"sample_start = {start:g}: must be at most duration = {duration:g}")
+    # a row of time; positions, velocities and friction
+    row = sum(8 * (1 + 3 * case.parameters.n_blocks) for case in cases)
+    needed, free = row * (duration - start) / interval, available_memory()
+    if needed > free:
+        raise InputError(
+            f"sample_interval = {interval:g}: the samples need {needed / 1e9:.3g} GB of memory, "
+            f"{free / 1e9:.3g} GB are available; from {1.1 * interval * needed / free:.2g} on "
+            "they fit; or give a later sample_start, or None for no samples"
+        )
+    return {"sample_interval": interval, "sample_start": start}
+
+
+def available_memory() -> float:
+    """Bytes that this process can have; infinite where the system does not tell."""
+    # Linux gives out more than it has, and ends a process that uses it; others raise MemoryError
+    path = Path("/proc/meminfo")
+    available = re.search(
+        r"^MemAvailable: *(\d+) kB", path.read_text() if path.exists() else "", re.M
+    )
+    return 1024.0 * int(available[1]) if available else math.inf
+
+
+def with_moments(sample_interval: float, case: Case) -> tuple[Sampling, int]:
+    """The samples of a case, and so many between them that r hardly depends on the interval.
+
+    Returns the finer sampling, and how many of its intervals are one of those asked for: a power of
+    2 for "event", which leaves the bits of the instants; a divisor of the steps for "verlet".
+    """
+    sampling = sampling_of(sample_interval, case.method, case.time_step)
+    ratio = sampling.interval / MOMENTS_INTERVAL * (1 - _ROUNDING)
+    if ratio <= 1:
+        return sampling, 1
+    if case.method == "event":
+        every = 2 ** math.ceil(math.log2(ratio))
+        return Sampling(sampling.steps, sampling.step / every), every
+    every = next(k for k in range(math.ceil(ratio), sampling.steps + 1) if sampling.steps % k == 0)
+    return Sampling(sampling.steps // every, sampling.step), every
+
+
+def sampling_of(sample_interval: float, method: str, time_step: float) -> Sampling:
+    """When a method takes samples that are kept."""
+    steps = round(sample_interval / time_step)
+    if steps >= 1 and abs(steps * time_step - sample_interval) <= _ROUNDING * sample_interval:
+        return Sampling(steps, time_step)
+    if method == "event":
+        return Sampling(1, sample_interval)
+    raise InputError(
+        f"sample_interval = {sample_interval:g}: "
+        f"method {method!r} needs a multiple of time_step = {time_step:g}"
+    )
+
+
+class SampleLog:
+    """Keeps every so many samples of a group of runs, from `start` on; one at t = 0 the start."""
+
+    def __init__(
+        self, members: Sequence[Case], sampling: Sampling, every: int, start: float, end: float
+    ) -> None:
+        self._start, self._interval, self._every = start, sampling.interval, every
+        self._chain = members[0].parameters
+        self._belt_velocities = [case.parameters.belt_velocity for case in members]
+        most = int(max(0.0, end - start) / (every * sampling.interval)) + 2
+        self._count, self._time = 0, np.empty(most)
+        self._samples = np.empty((len(members), 3, most, self._chain.n_blocks))
+        if start == 0:
+            names = ("displacements", "relative_velocities", "directions")
+            places, relative, directions = (
+                np.array([getattr(case.state, name) for case in members]).T[None] for name in names
+            )
+            braked = -directions * kinetic_friction(self._chain, relative[0].T).T
+            self._add(np.zeros(1), places, relative, braked)
+
+    def observe(self, chunk: Chunk) -> None:
+        """Add the samples of a chunk."""
+        kept: Any = slice(np.searchsorted(chunk.time, self._start), None)
+        if self._every > 1:
+            numbers = np.rint(chunk.time / self._interval).astype(np.int64)
+            kept = np.flatnonzero((chunk.time >= self._start) & (numbers % self._every == 0))
+        values = chunk.displacement, chunk.relative_velocity, chunk.kinetic_friction
+        self._add(chunk.time[kept], *(value[kept] for value in values))
+
+    def of(self, lane: int) -> dict[str, Any]:
+        """time (T,), positions, velocities and friction (T, N) of one chain."""
+        moving = self._samples[lane, :, : self._count]
+        names = ("positions", "velocities", "friction")
+        return {"time": self._time[: self._count].copy()} | dict(zip(names, moving, strict=True))
+
+    def _add(self, time, displacement, relative_velocity, kinetic_friction):
+        """Add S samples: time (S,), the others (S, N, W)."""
+        if not len(time):
+            return
+        rows = slice(self._count, self._count + len(time))
+        self._time[rows] = time
+        values = displacement, relative_velocity, kinetic_friction
+        for lane, belt_velocity in enumerate(self._belt_velocities):
+            place, relative, kinetic = (value[..., lane] for value in values)
+            positions = place + self._chain.rest_positions
+            held = -external_force(positions, self._chain)
+            friction = np.where((relative == 0) & (kinetic == 0), held, kinetic)
+            self._samples[lane, :, rows] = positions, relative + belt_velocity, friction
+        self._count = rows.stop

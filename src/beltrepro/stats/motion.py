@@ -45,7 +45,7 @@ def above_zero(
 
 def name_motion(
     *,
-    turns: bool,
+    slides: bool,
     closed: bool,
     exponents: npt.ArrayLike,
     standard_error: npt.ArrayLike,
@@ -56,11 +56,11 @@ def name_motion(
 ) -> str:
     """Name of a motion from what was observed of it for some time: the criteria of docs/chaos.md.
 
-    turns : whether blocks stick or reverse to the end. closed : whether the state comes back.
+    slides : whether all blocks slip on to the end. closed : whether the state comes back.
     exponents : the largest. returns : to a section. n_trivial : exponents that are zero by the
     symmetries of the motion; with more of them the motion fills a torus.
     """
-    if not turns:
+    if slides:
         return EQUILIBRIUM
     if closed:
         return PERIODIC

@@ -22,23 +22,17 @@ NEAR = 0.005
 MINIMUM_CROSSINGS = 12
 
 
-def rows(scan: Any, *, n_blocks: int, noise: float) -> dict[str, np.ndarray]:
-    """The points of a scan with this n_blocks and noise, in order of u."""
-    return _cut(scan, "belt_velocity", n_blocks=n_blocks, noise=noise)
+def cut(scan: Any, **where: float) -> dict[str, np.ndarray]:
+    """The points of a scan where quantities have these values.
 
-
-def columns(scan: Any, *, n_blocks: int, belt_velocity: float) -> dict[str, np.ndarray]:
-    """The points of a scan with this n_blocks and u, in order of noise."""
-    return _cut(scan, "noise", n_blocks=n_blocks, belt_velocity=belt_velocity)
-
-
-def _cut(scan: Any, order: str, **wanted: float) -> dict[str, np.ndarray]:
+    A row (n_blocks, noise) is in order of u, a column (n_blocks, belt_velocity) in order of noise.
+    """
     arrays = getattr(scan, "arrays", scan)
-    same = [np.isclose(arrays[name], value, rtol=1e-9, atol=1e-9) for name, value in wanted.items()]
+    same = [np.isclose(arrays[name], value, rtol=1e-9, atol=1e-9) for name, value in where.items()]
     chosen = select(arrays, np.all(same, axis=0))
-    return select(
-        chosen, np.lexsort([chosen[key] for key in ("replicate", order) if key in chosen])
-    )
+    order = "noise" if "belt_velocity" in where else "belt_velocity"
+    keys = [chosen[name] for name in ("replicate", order) if name in chosen]
+    return select(chosen, np.lexsort(keys))
 
 
 def select(points: Mapping[str, np.ndarray], chosen: np.ndarray) -> dict[str, np.ndarray]:

@@ -1,6 +1,7 @@
 """Laminar phases, and names for the long-time state of each point of a scan (Figs. 12 to 22)."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -40,16 +41,19 @@ def intermittent_mask(
     return (share >= low) & (share <= high) & (points["laminar_count"] >= MINIMUM_PHASES)
 
 
-def last_block_phases(
-    events: np.ndarray, n_blocks: int, laminar_time: float, *, start: float, stop: float
-) -> np.ndarray:
-    """Laminar phases between `start` and `stop`, from the events of a series."""
-    of_last = events[events["block"] == n_blocks]
-    begins, ends = (of_last["time"][of_last["kind"] == kind] for kind in ("slip", "stick"))
-    if len(of_last) and of_last["kind"][0] == "stick":
+def laminar_phases(series: Any, laminar_time: float) -> np.ndarray:
+    """Begin and end (L, 2) of the laminar phases of a series after its transient."""
+    about, events = series.attributes, series.arrays["events"]
+    events = events[events["block"] == about["n_blocks"]]
+    begins, ends = (events["time"][events["kind"] == kind] for kind in ("slip", "stick"))
+    # without an event the last block rides on the belt for good, or slips for good
+    velocity = series.arrays["velocities"][:, -1]
+    slips = np.any(velocity != about["belt_velocity"])
+    if slips and not np.array_equal(events["kind"][:1], ["slip"]):
         begins = np.append(-np.inf, begins)
     if begins.size > ends.size:
         ends = np.append(ends, np.inf)
+    start, stop = about["transient"], about["duration"]
     phases = np.column_stack([np.maximum(begins, start), np.minimum(ends, stop)])
     return phases[phases[:, 1] - phases[:, 0] > laminar_time]
 
@@ -77,6 +81,8 @@ def label_states(
     """State of every point of a scan, from what was recorded after the transient.
 
     Criteria, in this order; N is the last block:
+    - "undecided": N neither sticks in the last half of the time after the transient nor slips
+      longer than `laminar_time` after it: it may ride on the belt;
     - "transient": N stuck after the transient, but not in the last half of the time after it: the
       run leaves a chaotic transient while it is measured;
     - "continuous slip": N never sticks after the transient;
@@ -88,9 +94,10 @@ def label_states(
     """
     last_stick = np.nan_to_num(points["last_stick_time"], nan=-1.0)
     settles = last_stick < transient + 0.5 * (duration - transient)
+    rides = settles & ~(points["laminar_fraction"] > 0)
     states = np.select(
-        [last_stick <= transient, settles, intermittent_mask(points)],
-        [CONTINUOUS, TRANSIENT, INTERMITTENT],
+        [rides, last_stick <= transient, settles, intermittent_mask(points)],
+        [UNDECIDED, CONTINUOUS, TRANSIENT, INTERMITTENT],
         "",
     ).astype(object)
     for index in np.flatnonzero(states == ""):

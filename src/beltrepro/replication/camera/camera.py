@@ -113,7 +113,14 @@ class Framing:
         half = np.array([camera.width, camera.height]) / 2
         angle = np.radians(camera.angle)
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        zero = half + turn @ ([left, top + scene.block_width / scale / 2] - half) - 0.5
+        middle = top + scene.block_width / scale / 2
+        zero = half + turn @ ([left, middle] - half) - 0.5
+        farthest = half + turn @ ([(extent - _MARGIN) / scale, middle] - half)
+        if not np.all((farthest > 0) & (farthest < 2 * half)):
+            raise InputError(
+                f"angle = {camera.angle:g}: turns the last block out of the picture, "
+                f"{camera.width} x {camera.height} pixels: take a larger height"
+            )
         return cls(scale, camera.width, camera.height, left, top, tuple(zero.tolist()))
 
     def along(self, metres: Any) -> Any:

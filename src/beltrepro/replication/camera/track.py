@@ -19,7 +19,7 @@ import numpy as np
 
 from beltrepro.base import checks, names, reading
 from beltrepro.base.errors import InputError
-from beltrepro.replication.camera.recording import stretches
+from beltrepro.replication.camera.recording import LONGEST_GAP, stretches
 from beltrepro.replication.camera.video import read_video
 
 SUPPORTS = {"left": 1, "right": -1}  # where the chain is held, and to which side x grows
@@ -49,7 +49,7 @@ class Track:
     # instants of the frames in which it was found, seconds from the beginning of the film
     time_s: np.ndarray
     x_m: np.ndarray  # its middle along the belt, metres from the zero
-    # begin and end (L, 2) of each stretch of frames in which it was not found
+    # begin and end (L, 2) of each stretch in which it was not found, or that has no frames
     lost_s: np.ndarray
     metres_per_pixel: float = math.nan  # scale, as given
     zero: tuple[float, float] = (math.nan, math.nan)  # pixel of x = 0: column, as given, and row
@@ -90,6 +90,10 @@ def _columns(text: str) -> tuple[np.ndarray, np.ndarray]:
         table = pd.DataFrame()
     if missing := [name for name in _NEEDED if name not in table]:
         raise ValueError(f"lacks the column {', '.join(missing)}")
+    if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first cells for names
+        raise ValueError("its rows have more cells than its first line has columns: 0,5 is 0.5")
+    if twice := [name for name in _NEEDED if f"{name}.1" in table]:
+        raise ValueError(f"has the column {', '.join(twice)} twice")
     values = table[_NEEDED].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
     if not len(values):
         raise ValueError("has no rows")
@@ -143,10 +147,18 @@ def track(
             f"{video}: the block is on the side of the support, {np.median(x):.3g} m from zero: "
             f"give the column of x = 0, --zero, or the other side, --support"
         )
-    place = zero, level + slope * zero
-    return Track(
-        time[seen], x, stretches(time, ~seen), scale, place, math.degrees(math.atan(slope))
-    )
+    place, lost_s = (zero, level + slope * zero), _lost(time, seen)
+    return Track(time[seen], x, lost_s, scale, place, math.degrees(math.atan(slope)))
+
+
+def _lost(time: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Begin and end of the stretches without the block; a gap counts as frames without it."""
+    steps = np.diff(time)
+    interval = np.median(steps)
+    gaps = np.flatnonzero(steps > LONGEST_GAP * interval)
+    edges = np.column_stack([time[gaps] + interval, time[gaps + 1] - interval]).ravel()
+    place = np.repeat(gaps + 1, 2)
+    return stretches(np.insert(time, place, edges), np.insert(~seen, place, True))
 
 
 def white(picture: np.ndarray, scale: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
@@ -20,6 +21,7 @@ from beltrepro.base.errors import InputError
 SUFFIXES = (".mp4", ".mov", ".mkv")
 # Instants are multiples of this: the common frame rates (24, 25, 30, 50, 60) are exact in it.
 _TICK = Fraction(1, 90_000)
+_SOUND_S = 1.0  # by which the sound of a film may be longer than its pictures, which is no fault
 # What every player shows: brightness, and colours at half as many points along each side.
 _PIXELS, _NO_COLOUR = "yuv420p", 128
 
@@ -67,22 +69,56 @@ def write_video(
 def read_video(path: str | Path) -> Iterator[Frame]:
     """Read the frames of a video one by one, as the camera meant them to be seen.
 
-    Colours become brightness, and a picture that a phone marks as turned is turned. A video that
-    breaks off ends there. A frame that is no later than the one before is left out.
+    Colours become brightness, and a picture that a phone marks as turned is turned. A frame that is
+    no later than the one before is left out. So are, with a warning, a damaged one and those that
+    rest on it, up to the next whole picture; a video that breaks off ends there.
     """
     path = checks.path("video", path)
     reading.opened(path).close()  # one line for what is no file
-    first, last, to_grey = None, -math.inf, VideoReformatter()
+    first, last, to_grey = math.nan, -math.inf, VideoReformatter()
+    is_whole, count, left_out, announced = True, 0, [], 0.0
     with suppress(av.FFmpegError), av.open(str(path)) as container:
-        for frame in container.decode(video=0) if container.streams.video else ():
+        announced = _seconds(container)
+        for frame in _decoded(container):
+            if frame is None:
+                is_whole = False
+                continue
+            is_whole = not frame.is_corrupt and (is_whole or bool(frame.key_frame))
             if frame.time is None or frame.time <= last:
                 continue
-            first, last = frame.time if first is None else first, frame.time
-            picture = to_grey.reformat(frame, format="gray").to_ndarray()
-            picture = np.rot90(picture, round(frame.rotation / 90))
-            yield Frame(last - first, np.ascontiguousarray(picture))
-    if first is None:
+            first, last = frame.time if math.isnan(first) else first, frame.time
+            if is_whole:
+                picture = to_grey.reformat(frame, format="gray").to_ndarray()
+                picture = np.rot90(picture, round(frame.rotation / 90))
+                yield Frame(last - first, np.ascontiguousarray(picture))
+                count += 1
+            else:
+                left_out.append(last - first)
+    if not count:
         raise InputError(f"{path}: not a video that can be read")
+    if left_out:
+        many = f"{len(left_out)} of {count + len(left_out)}, from {left_out[0]:.3g} s on"
+        warnings.warn(f"{path}: damaged; frames left out: {many}", stacklevel=2)
+    if last - first < announced - _SOUND_S:
+        ends = f"it ends at {last - first:.3g} s of {announced:.3g} s"
+        warnings.warn(f"{path}: damaged or cut: {ends}", stacklevel=2)
+
+
+def _decoded(container: av.container.InputContainer) -> Iterator[av.VideoFrame | None]:
+    """The frames of a video; None for what cannot be decoded."""
+    for packet in container.demux(video=0) if container.streams.video else ():
+        try:
+            yield from packet.decode()
+        except av.FFmpegError:
+            yield None
+
+
+def _seconds(container: av.container.InputContainer) -> float:
+    """How long a video says that it is; 0 if it does not."""
+    for stream in container.streams.video[:1]:
+        if stream.duration and stream.time_base:
+            return float(stream.duration * stream.time_base)
+    return (container.duration or 0) / av.time_base
 
 
 def _to_be_written(picture: np.ndarray) -> av.VideoFrame:

@@ -343,7 +343,7 @@ def against_noise(figure, data, name, places, *, across):
         below.append(axes)
         axes.set_title(words)
         for scan, overlay in layers(data, name):
-            column = sections.columns(scan, n_blocks=n_blocks, belt_velocity=velocity)
+            column = sections.cut(scan, n_blocks=n_blocks, belt_velocity=velocity)
             noise, disorder = column["noise"], column["disorder_parameter"]
             if not overlay:
                 first = column["replicate"] == column["replicate"].min(initial=0)
@@ -364,18 +364,6 @@ def against_noise(figure, data, name, places, *, across):
 # --- traces with their laminar phases -------------------------------------------------------------
 
 
-def laminar_phases(series, laminar_time):
-    """Begin and end of the laminar phases of the last block after the transient: (L, 2)."""
-    about = series.attributes
-    span = {"start": about["transient"], "stop": about["duration"]}
-    events, n_blocks = series.arrays["events"], about["n_blocks"]
-    *_, relative_velocity = last_block(series)
-    # without an event the last block rides on the belt for good, or slips for good
-    if not np.any(events["block"] == n_blocks) and np.any(relative_velocity != 0):
-        return np.array([[span["start"], span["stop"]]])
-    return states.last_block_phases(events, n_blocks, laminar_time, **span)
-
-
 def half_laminar(series, laminar_time, length):
     """(begin, end) of the part of this length, after the transient, nearest to half laminar.
 
@@ -383,7 +371,8 @@ def half_laminar(series, laminar_time, length):
     """
     start, stop = (float(series.attributes[name]) for name in ("transient", "duration"))
     begins = np.arange(start, max(stop - length, start) + 1e-6, length / 10)
-    laminar, first = laminar_phases(series, laminar_time), begins[:, np.newaxis, np.newaxis]
+    laminar = states.laminar_phases(series, laminar_time)
+    first = begins[:, np.newaxis, np.newaxis]
     share = np.diff(np.clip(laminar, first, first + length), axis=2).sum(axis=(1, 2)) / length
     begin = float(begins[np.argmin(np.abs(share - 0.5).round(9))])
     return begin, begin + length
@@ -397,7 +386,7 @@ def laminar_trace(axes, series, laminar_time, window, *, zero=0.0):
     time, position, _ = last_block(series)
     shown = (time >= window[0]) & (time <= window[1])
     trace(axes, time[shown] - zero, position[shown], ylabel=POSITION)
-    laminar = laminar_phases(series, laminar_time)
+    laminar = states.laminar_phases(series, laminar_time)
     for begin, end in np.clip(laminar, *window) - zero:
         if end > begin:
             axes.axvspan(begin, end, color=style.ORANGE, alpha=0.3, linewidth=0, zorder=0)

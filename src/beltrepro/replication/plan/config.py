@@ -5,9 +5,8 @@ The words of quantities and settings stand in words.yaml, their limits where the
 
 import re
 from collections.abc import Callable, Collection, Iterable
-from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Generic, Literal, NoReturn, TypeVar
+from typing import Annotated, Any, Literal, NoReturn, TypeVar
 
 import yaml
 from pydantic import (
@@ -15,21 +14,18 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
-    Discriminator,
     Field,
-    Tag,
     ValidationError,
+    WrapValidator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
-from typing_extensions import TypedDict
 
 from beltrepro.base import reading
-from beltrepro.base.checks import LONGEST_GRID, shown
+from beltrepro.base.checks import LONGEST_GRID, shown, spaced
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint
 from beltrepro.model.parameters import LIMITS, LONGEST
-from beltrepro.replication.plan.points import REQUIRED
 
 SOURCE = "config.yaml"
 MOST_POINTS = 1_000_000  # of a dataset; each is a run
@@ -46,21 +42,12 @@ class _Loader(yaml.SafeLoader):
     """Refuses what Snakemake's loader takes for something else than it looks like.
 
     That one reads YAML 1.1, in which 5:30 is 330, 010 is 8, and on is true; of a key that is given
-    twice it takes the last value; and anchors within anchors may make endless values.
+    twice it takes the last value.
     """
 
-    _is_in_anchor = False
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        event: Any = self.peek_event()
-        outside = self._is_in_anchor
-        if event.anchor and outside:
-            _stop(event, f"{event.anchor}: anchors and aliases cannot stand inside of an anchor")
-        self._is_in_anchor = outside or bool(event.anchor)
-        node = super().compose_node(parent, index)
-        self._is_in_anchor = outside
-        is_plain = isinstance(node, yaml.ScalarNode) and node.style is None
-        form = _FORMS.get(node.tag.rpartition(":")[2]) if is_plain else None
+    def compose_scalar_node(self, anchor: Any) -> yaml.ScalarNode:
+        node = super().compose_scalar_node(anchor)
+        form = None if node.style else _FORMS.get(node.tag.rpartition(":")[2])
         if form and not re.fullmatch(form, node.value):
             right = "write numbers as 330 or 5.5, text in quotes, choices as true or false"
             _stop(node, f"{shown(node.value)} can be read in two ways: {right}")
@@ -97,12 +84,9 @@ def load_config(path: str | Path) -> dict:
 
 # --- values and grids -----------------------------------------------------------------------------
 
-UNSET: Any = None  # default of what need not be given, and is then looked for elsewhere
-_REQUIRED: Any = REQUIRED
+UNSET: Any = "unset"  # default of what need not be given, and is then looked for elsewhere
 _TEXT = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
-_ENDS = ("start", "stop", "step")  # of a range, both included
 T = TypeVar("T")
-S = TypeVar("S")
 
 
 def _number(value: object) -> object:
@@ -114,7 +98,9 @@ def _number(value: object) -> object:
     return value
 
 
-def _different(values: list) -> list:
+def _several(values: list) -> list:
+    if not values:
+        raise PydanticCustomError("empty", "at least one value is needed")
     if len(set(values)) < len(values):
         raise PydanticCustomError("repeated", "the same value occurs twice")
     return values
@@ -132,16 +118,8 @@ Key = Annotated[Whole, Field(ge=0, le=2**32 - 1)]  # what random numbers are dra
 Method = Literal["verlet", "event"]
 Sampled = Literal["positions", "velocities", "friction"]
 Flag = Annotated[bool, Field(strict=True)]
-Several = Annotated[list[T], Field(min_length=1, strict=True), AfterValidator(_different)]
+Several = Annotated[list[T], Field(strict=True), AfterValidator(_several)]
 Named = dict[Annotated[str, Field(pattern="^[a-z][a-z0-9_]{0,99}$")], T]  # names files, too
-
-
-def _no_other(allowed: Collection[str], values: object) -> object:
-    for key in values if isinstance(values, dict) else ():
-        if key not in allowed:
-            about = {"key": key, "meant": meant_by(str(key), allowed)}
-            raise PydanticCustomError("unknown", "{key}{meant}", about)
-    return values
 
 
 class Keys(BaseModel):
@@ -152,25 +130,31 @@ class Keys(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _check_keys(cls, values: object) -> object:
-        return _no_other(cls.model_fields, values)
+        for key in values if isinstance(values, dict) else ():
+            if key not in cls.model_fields:
+                about = {"key": key, "meant": meant_by(str(key), cls.model_fields)}
+                raise PydanticCustomError("unknown", "{key}{meant}", about)
+        return values
 
 
-class _Range(TypedDict, Generic[T]):
-    start: T
-    stop: T
-    step: Annotated[Number, Field(gt=0)]
+class Range(Keys):
+    """From one number to another, both included."""
 
-
-class Offset(Keys):
-    """So much above the seed of the top level."""
-
-    offset: Annotated[Whole, Field(ge=0)]
+    start: Number
+    stop: Number
+    step: Number
 
 
 class Count(Keys):
     """The first so many."""
 
     count: Annotated[Whole, Field(ge=1, le=LONGEST_GRID)]
+
+
+class Offset(Keys):
+    """So much above the seed of the top level."""
+
+    offset: Annotated[Whole, Field(ge=0)]
 
 
 class Methods(Keys):
@@ -180,26 +164,42 @@ class Methods(Keys):
     with_noise: Method
 
 
+def _grid(value: Any, one: Callable[[Any], Any]) -> tuple:
+    """The values of a grid, rising: of a value, a list or a range."""
+    if isinstance(value, dict):
+        value = [*spaced("", **Range.model_validate(value).model_dump())]
+    values = value if isinstance(value, list) else [value]
+    return tuple(sorted(_several(list(map(one, values)))))
+
+
+def _by_size(value: Any, grid: Callable[[Any], Any]) -> Any:
+    """A grid, or one for each N of a table."""
+    if not is_by_size(value):
+        return grid(value)
+    return {int(size): grid(values) for size, values in value.items()}
+
+
 def is_by_size(grid: object) -> bool:
     """Whether a grid is a table N -> grid."""
-    return isinstance(grid, dict) and grid != {} and all(str(key).isdigit() for key in grid)
+    if not isinstance(grid, dict) or not grid:
+        return False
+    return all(re.fullmatch(r"[1-9]\d{0,9}", str(key)) for key in grid)
 
 
-def _other_if(condition: Callable[[Any], bool]) -> Discriminator:
-    """Which of two a value is meant as, so that a fault is told of that one alone."""
-    return Discriminator(lambda value: "#other" if condition(value) else "#one")
+def _or(form: type[Keys], made: Callable[[Any], Any] = BaseModel.model_dump) -> WrapValidator:
+    """A grid, or what is made of other keys than those of a range."""
+
+    def either(value: Any, grid: Callable[[Any], Any]) -> Any:
+        is_form = isinstance(value, dict) and value.keys().isdisjoint(Range.model_fields)
+        return made(form.model_validate(value)) if is_form else grid(value)
+
+    return WrapValidator(either)
 
 
-# the mark in the tags tells them from keys, as they stand in pydantic's paths to values
-_Either = Annotated[T, Tag("#one")] | Annotated[S, Tag("#other")]
-Choice = Annotated[_Either[T, Several[T]], _other_if(lambda value: isinstance(value, list))]
-Range = Annotated[_Range[T], BeforeValidator(partial(_no_other, _ENDS))]
-Grid = Annotated[_Either[Choice[T], Range[T]], _other_if(lambda value: isinstance(value, dict))]
-Special = Annotated[
-    _Either[T, S],
-    _other_if(lambda value: isinstance(value, dict) and value.keys().isdisjoint(_ENDS)),
-]
-Table = Annotated[_Either[T, dict[Blocks, T]], _other_if(is_by_size)]
+Grid = Annotated[T, WrapValidator(_grid)]
+Table = Annotated[T, WrapValidator(_by_size)]
+Seeds = Annotated[Grid[Key], _or(Offset)]
+Replicates = Annotated[Grid[Key], _or(Count, lambda first: tuple(range(first.count)))]
 
 
 # --- the whole ------------------------------------------------------------------------------------
@@ -218,24 +218,24 @@ class Axes(Keys):
     noise: Table[Grid[NotNegative]] = UNSET
     belt_velocity: Table[Grid[Positive]] = UNSET
     initial_spread: Table[Grid[NotNegative]] = UNSET
-    method: Special[Choice[Method], Methods] = UNSET
+    method: Annotated[Grid[Method], _or(Methods)] = UNSET
     time_step: Table[Grid[Step]] = UNSET
-    seed: Table[Special[Grid[Key], Offset]] = UNSET
-    replicate: Table[Special[Grid[Key], Count]] = UNSET
+    seed: Table[Seeds] = UNSET
+    replicate: Table[Replicates] = UNSET
 
 
 class Settings(Keys):
     """What all points of a dataset share and no axis can vary."""
 
-    duration: Duration = _REQUIRED
-    transient: Annotated[Number, Field(ge=0, le=LONGEST)] = _REQUIRED
+    duration: Duration = UNSET
+    transient: Annotated[Number, Field(ge=0, le=LONGEST)] = UNSET
     section_position: Positive | None = None
     section_values: Annotated[Whole, Field(ge=1, le=100_000)] = 500
     laminar_time: Duration = 200.0
     sample_interval: Duration = 0.1
     samples: Several[Sampled] = ["positions", "velocities", "friction"]
     section_block: Blocks | None = None
-    settle_time: Duration = _REQUIRED
+    settle_time: Duration = UNSET
     noise_clock: Literal["rest", "laboratory"] = "rest"
     closed: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
     energies: Several[Annotated[Number, Field(ge=1e-3, le=1e4)]] = [60.0, 200.0, 600.0]
@@ -249,7 +249,11 @@ class Defaults(Axes, Settings):
 
 
 class Dataset(Defaults):
-    """A table of points: every combination of its axes, each a value, a list or a range."""
+    """A table of points: every combination of its axes, each a value, a list or a range.
+
+    Of `replicate` also {count: n}, the first n; of `seed` {offset: n}, n above that of the top
+    level; of `method` {without_noise: ..., with_noise: ...}, by the noise of a point.
+    """
 
     kind: str = UNSET
     """What is recorded; the settings are those of the kind."""
@@ -343,6 +347,8 @@ def checked(config: dict) -> dict:
         refuse(f"unknown key {shown(context['key'])}{place}{context['meant']}")
     if problem["type"] == "missing":
         refuse(f"{where} is missing")
+    if problem["type"] == "value_error":  # of what makes a range, by its end
+        refuse(f"{where}{context['error']}")
     text = problem["msg"].replace("a valid integer", "a whole number").replace("valid ", "")
     text = re.sub("^Input should|should", "must", text)
     words = re.findall(r"'(\w+)'", context["expected"]) if "expected" in context else []

@@ -55,7 +55,7 @@ def write(
     }
     config = json.dumps(spec, sort_keys=True)
     attributes = {
-        **{name: spec[name] for name in IDENTITY if name in spec},
+        **{name: spec[name] for name in IDENTITY[:-1]},
         "digest": hashlib.sha256(config.encode()).hexdigest()[:16],
         "config": config,
         **(origin or provenance.origin()),
@@ -100,16 +100,12 @@ def _joined(pieces: list[np.ndarray]) -> np.ndarray:
             records[name] = column
         return records
     longest = np.max([piece.shape[1:] for piece in pieces], axis=0).astype(int)
-    whole = np.full(
-        (sum(map(len, pieces)), *longest),
-        np.nan if pieces[0].dtype.kind == "f" else 0,
-        np.result_type(*pieces),
-    )
-    begin = 0
+    absent = np.nan if pieces[0].dtype.kind == "f" else 0
+    filled = []
     for piece in pieces:
-        whole[begin : begin + len(piece), *map(slice, piece.shape[1:])] = piece
-        begin += len(piece)
-    return whole
+        missing = [(0, size) for size in longest - piece.shape[1:]]
+        filled.append(np.pad(piece, [(0, 0), *missing], constant_values=absent))
+    return np.concatenate(filled)
 
 
 def chain(dataset: Dataset) -> ChainParameters:
@@ -156,11 +152,14 @@ def read_table(path: str | Path, **how: Any) -> pd.DataFrame:
     import pandas as pd  # most figures need no table
 
     try:
-        return pd.read_csv(StringIO(rows(path)), **how)
+        table = pd.read_csv(StringIO(rows(path)), **how)
     except ValueError as error:  # what pandas raises is of it, too
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: not a table of comma-separated values ({error})") from None
+    if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first cells for names
+        raise InputError(f"{path}: its rows have more cells than its first line has columns")
+    return table
 
 
 def read_as_text(path: str | Path) -> list[dict[str, str]]:

@@ -6,12 +6,12 @@ what every array in a file says of itself. The code behind a dataset is that of 
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import NamedTuple
 
 import numpy as np
 
+from beltrepro.base.provenance import PACKAGE
 from beltrepro.model.friction import noise_beyond_event
 from beltrepro.replication.plan.points import QUANTITIES, UNITS, WORDS, Point, chain, columns
 
@@ -48,8 +48,7 @@ class Array(NamedTuple):
         return words
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """What is recorded of the points of a dataset."""
 
     name: str  # its name in config.yaml
@@ -76,27 +75,27 @@ class Kind:
         }
         return of_points | self.recorded
 
-    def complaints(self, settings: dict, points: Sequence[Point]) -> Iterator[tuple[str, str]]:
+    def complaints(self, settings: dict, points: Sequence[Point]) -> Iterator[str]:
         """Keys with values that fit their types and still cannot be meant, and why not."""
         # one for each chain at any belt velocity, on which this does not depend
         alike = {point[:8]: point for point in points if point.method == "event"}
         for text in filter(None, map(noise_beyond_event, map(chain, alike.values()))):
-            yield "noise", text
+            yield f"noise {text}"
         for name in ("transient", "settle_time"):
             if settings.get(name, 0) >= (duration := settings["duration"]):
-                yield name, f"= {settings[name]:g}: must be less than duration = {duration:g}"
+                yield f"{name} = {settings[name]:g}: must be less than duration = {duration:g}"
         if self.follows_tangents and (others := {point.method for point in points} - {"event"}):
-            yield "method", f"= {others.pop()}: only event has a tangent dynamics"
+            yield f"method = {others.pop()}: only event has a tangent dynamics"
         if block := settings.get("section_block"):
             if block > (smallest := min(point.n_blocks for point in points)):
-                yield "section_block", f"= {block}: the chain has {smallest} blocks"
+                yield f"section_block = {block}: the chain has {smallest} blocks"
             if settings["section_position"] is None:
-                yield "section_position", "is missing: only for the last block there is a rule"
+                yield "section_position is missing: only for the last block there is a rule"
         interval = settings.get("sample_interval", 0)
         for step in {point.time_step for point in points if point.method == "verlet"}:
             if abs(round(interval / step) * step - interval) > 1e-9 * interval:
-                text = f"= {interval:g}: method verlet needs a multiple of time_step = {step:g}"
-                yield "sample_interval", text  # as in simulation/sampling
+                needed = f"method verlet needs a multiple of time_step = {step:g}"
+                yield f"sample_interval = {interval:g}: {needed}"  # as in simulation/trajectories
 
 
 def _array(row: str) -> Array:
@@ -154,49 +153,23 @@ def series(setup, *, samples, transient, **settings):
 
 # --- kinds ----------------------------------------------------------------------------------------
 
-_SCANS = "beltrepro.simulation.scans"
-_ATTRACTORS = "beltrepro.replication.plan.attractors"
+_RECORDED = (
+    ("scan", "simulation.scans:scan",
+     "duration transient section_position section_values laminar_time"),
+    ("series", "replication.plan.kinds:series",
+     "duration transient sample_interval samples"),
+    ("catalogue", "simulation.catalogues:catalogue",
+     "duration transient section_block section_position"),
+    ("escapes", "simulation.scans:time_to_continuous_slip",
+     "duration settle_time laminar_time"),
+    ("motion", "chaos.naming:classify", "duration transient noise_clock"),
+    ("settling", "chaos.irregular:time_to_orbit", "duration closed"),
+    ("trial", "replication.camera.trials:trials",
+     "duration transient sample_interval laminar_time"),
+    ("basins", "replication.plan.attractors:basin_starts", "duration energies"),
+    ("sweep", "replication.plan.attractors:sweeps", "duration transient"),
+)  # fmt: skip
 KINDS = {
-    kind.name: kind
-    for kind in (
-        Kind(
-            "scan",
-            f"{_SCANS}:scan",
-            ("duration", "transient", "section_position", "section_values", "laminar_time"),
-        ),
-        Kind(
-            "series",
-            f"{__name__}:series",
-            ("duration", "transient", "sample_interval", "samples"),
-        ),
-        Kind(
-            "catalogue",
-            "beltrepro.simulation.catalogues:catalogue",
-            ("duration", "transient", "section_block", "section_position"),
-        ),
-        Kind(
-            "escapes",
-            f"{_SCANS}:time_to_continuous_slip",
-            ("duration", "settle_time", "laminar_time"),
-        ),
-        Kind(
-            "motion",
-            "beltrepro.chaos.naming:classify",
-            ("duration", "transient", "noise_clock"),
-            follows_tangents=True,
-        ),
-        Kind("settling", "beltrepro.chaos.irregular:time_to_orbit", ("duration", "closed")),
-        Kind(
-            "trial",
-            "beltrepro.replication.camera.trials:trials",
-            ("duration", "transient", "sample_interval", "laminar_time"),
-        ),
-        Kind(
-            "basins",
-            f"{_ATTRACTORS}:basin_starts",
-            ("duration", "energies"),
-            follows_tangents=True,
-        ),
-        Kind("sweep", f"{_ATTRACTORS}:sweeps", ("duration", "transient")),
-    )
+    name: Kind(name, f"{PACKAGE}.{record}", tuple(told.split()), name in ("motion", "basins"))
+    for name, record, told in _RECORDED
 }

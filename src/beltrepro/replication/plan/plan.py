@@ -7,10 +7,10 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
-from beltrepro.base.checks import shown, spaced
+from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
 from beltrepro.model.units import TIME_S
@@ -18,6 +18,7 @@ from beltrepro.replication.camera.scene import Camera, camera_settings
 from beltrepro.replication.plan.config import (
     MOST_POINTS,
     SOURCE,
+    UNSET,
     Settings,
     checked,
     is_by_size,
@@ -29,7 +30,6 @@ from beltrepro.replication.plan.points import (
     DEFAULTS,
     LAW,
     QUANTITIES,
-    REQUIRED,
     SETTINGS,
     Point,
     plain,
@@ -37,20 +37,14 @@ from beltrepro.replication.plan.points import (
 
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
 _DEFAULTS = {
-    **DEFAULTS,
+    **{name: (value,) for name, value in DEFAULTS.items()},
     "seed": {"offset": 0},
-    **{name: Settings.model_fields[name].default for name in SETTINGS},
+    **{
+        name: about.default
+        for name, about in Settings.model_fields.items()
+        if about.default is not UNSET
+    },
 }
-
-
-class Entry(NamedTuple):
-    """A value of config.yaml, and where it stands there."""
-
-    value: Any
-    where: str
-
-
-Entries = dict[str, Entry]
 
 
 @dataclass(frozen=True)
@@ -59,7 +53,7 @@ class PlannedDataset:
 
     kind: Kind  # what is recorded
     points: tuple[Point, ...]  # in the order in which the file has them
-    settings: dict = field(hash=False)  # what the kind is told besides points
+    settings: dict  # what the kind is told besides points
     points_per_job: int  # largest number of points of a batch
 
     @functools.cached_property
@@ -85,25 +79,19 @@ class Plan:
 
     preset: str  # names of the preset and of the folder of its results
     run: str
-    seed: int  # that of the configuration
-    defaults: dict = field(hash=False)  # quantities and settings of datasets that give no own
-    # by name, in the order of the configuration
-    datasets: dict[str, PlannedDataset] = field(hash=False)
-    films: dict[str, dict] = field(hash=False)  # by name of the dataset, what the job needs
+    defaults: dict  # quantities and settings of datasets that give no own
+    datasets: dict[str, PlannedDataset]  # by name, in the order of the configuration
+    films: dict[str, dict]  # by name of the dataset, what the job needs
 
     def settings(self) -> dict:
         """The plan as plain values, by which claims and report are made."""
         return {
-            "preset": self.preset,
-            "run": self.run,
-            "seed": self.seed,
             "model": {name: self.defaults[name] for name in LAW},
-            "defaults": self.defaults,
+            "defaults": {name: self.defaults[name] for name in ("time_step", "laminar_time")},
             "datasets": {
                 name: {"kind": dataset.kind.name} | dataset.settings | dataset.values()
                 for name, dataset in self.datasets.items()
             },
-            "films": self.films,
         }
 
     def spec(self, name: str, batch: str = "") -> dict:
@@ -131,164 +119,119 @@ def make_plan(config: dict) -> Plan:
     run = config.get("run", preset)
     if run != preset and run in presets:
         refuse(f"run = {run!r}: is the name of another preset, whose results it would overwrite")
-    defaults: Entries = {}
-    given: dict[str, Entries] = {}  # by dataset
-    for where, layer in _layers(config, preset):
+    defaults: dict = {}
+    given: dict[str, dict] = {}  # by dataset
+    bases = _chain(preset, presets, "based_on", "presets")
+    for layer in (config, *(presets[name] for name in reversed(bases))):
         if thin := layer.get("thin"):
             defaults = _thinned(defaults, thin)
-            given = {name: _thinned(entries, thin) for name, entries in given.items()}
-        defaults |= _entries(layer.get("defaults", {}), f"{where}defaults")
+            given = {name: _thinned(keys, thin) for name, keys in given.items()}
+        defaults |= layer.get("defaults", {})
         for name, keys in layer.get("datasets", {}).items():
-            given[name] = given.get(name, {}) | _entries(keys, f"{where}datasets.{name}")
-    datasets = {
-        name: _dataset(name, _with_like(name, given, preset), defaults, config, preset)
-        for name in given
+            given[name] = given.get(name, {}) | keys
+    usual = _DEFAULTS | defaults
+    datasets = {}
+    place = f"preset {preset}: datasets"
+    for name in given:
+        own: dict = {}
+        for model in reversed(_chain(name, given, "like", place)):
+            own |= given[model]
+        if "kind" not in own:  # a new dataset, or the slip of a preset that changes one
+            refuse(f"{place}.{name} has no kind", name, given.keys() - {name})
+        if "method" in config and not own.get("own_method"):
+            own["method"] = (config["method"],)
+        datasets[name] = _dataset(own, usual | own, config["seed"], f"{place}.{name}")
+    return Plan(preset, run, _plain(usual), datasets, _films(config, datasets, preset))
+
+
+def _plain(values: dict) -> dict:
+    """Grids of one value as that value."""
+    return {
+        name: value[0] if isinstance(value, tuple) and len(value) == 1 else value
+        for name, value in values.items()
     }
-    usual = _DEFAULTS | {name: entry.value for name, entry in defaults.items()}
-    return Plan(
-        preset=preset,
-        run=run,
-        seed=config["seed"],
-        defaults={name: value for name, value in usual.items() if value != REQUIRED},
-        datasets=datasets,
-        films=_films(config, datasets, preset),
-    )
 
 
-# --- layers of the configuration ------------------------------------------------------------------
+def _chain(name: str, entries: dict[str, dict], key: str, place: str) -> list[str]:
+    """The entry of this name, and those on which it rests by a key that names another."""
+    names = [name]
+    while key in entries[names[-1]]:
+        base = entries[names[-1]][key]
+        where = f"{place}.{names[-1]}.{key} = {shown(base)}"
+        if base not in entries:
+            refuse(f"{where}: there is none{meant_by(base, entries)}")
+        if base in names:
+            refuse(f"{where}: rests on itself")
+        names.append(base)
+    return names
 
 
-def _layers(config: dict, preset: str) -> list[tuple[str, dict]]:
-    """The top level, the presets that the preset is based on, the most basic one first, and it."""
-    presets, chain = config["presets"], [preset]
-    while base := presets[chain[-1]].get("based_on"):
-        one_of(f"{SOURCE}: presets.{chain[-1]}.based_on", base, presets)
-        if base in chain:
-            refuse(f"presets.{preset}.based_on: {' is based on '.join([*chain, base])}")
-        chain.append(base)
-    return [("", config), *((f"presets.{name}.", presets[name]) for name in reversed(chain))]
-
-
-def _entries(section: dict, where: str) -> Entries:
-    return {key: Entry(value, f"{where}.{key}") for key, value in section.items()}
-
-
-def _with_like(name: str, given: dict[str, Entries], preset: str) -> Entries:
-    """A dataset with what it takes from the one that it is like."""
-    entries, names = given[name], [name]
-    while "like" in given[names[-1]]:
-        model, where = given[names[-1]]["like"]
-        if model not in given:
-            refuse(f"{where} = {shown(model)}: preset {preset} has no such dataset", model, given)
-        if model in names:
-            refuse(f"{where} = {shown(model)}: a dataset cannot be like itself")
-        names.append(model)
-        entries = given[model] | entries
-    return entries
-
-
-def _dataset(
-    name: str, given: Entries, defaults: Entries, config: dict, preset: str
-) -> PlannedDataset:
-    """A dataset of what is given for it and for all."""
-    place = f"datasets.{name} of preset {preset}"
-    kind_given = given.get("kind", Entry(None, f"{place}: kind"))
-    kind = KINDS[one_of(f"{SOURCE}: {kind_given.where}", kind_given.value, KINDS)]
+def _dataset(given: dict, keys: dict, seed: int, place: str) -> PlannedDataset:
+    """A dataset by what is given for it, and by that with what is usual."""
+    kind = KINDS[one_of(f"{SOURCE}: {place}.kind", given["kind"], KINDS)]
     for key in given.keys() & SETTINGS.keys() - {*kind.settings}:
         text = f"a dataset of kind {kind.name} has no such setting, only {', '.join(kind.settings)}"
-        refuse(f"{given[key].where}: {text}")
-    unset = {key: Entry(value, f"{place}: {key}") for key, value in _DEFAULTS.items()}
-    entries = unset | defaults | given
+        refuse(f"{place}.{key}: {text}")
     for key in (*QUANTITIES, *kind.settings):
-        if entries[key].value == REQUIRED:
+        if key not in keys:
             refuse(f"{place} has no {key}")
-    if "method" in config and not ("own_method" in given and given["own_method"].value):
-        entries["method"] = Entry(config["method"], "method")
-    points = _points(entries, config["seed"])
-    if "also" in given and (axes := given["also"].value):
-        points += _points(entries | _entries(axes, given["also"].where), config["seed"])
+    points = _points(keys, seed, place)
+    if also := keys.get("also"):
+        points += _points(keys | also, seed, f"{place}.also")
         if len(set(points)) < len(points):
-            refuse(f"{given['also'].where}: gives points that the dataset has without it")
-    settings = {key: entries[key].value for key in kind.settings}
-    for key, text in kind.complaints(settings, points):
-        refuse(f"{entries[key].where} {text}")
-    per_job = entries.get("points_per_job", Entry(len(points), place)).value
-    return PlannedDataset(kind, points, settings, per_job)
+            refuse(f"{place}.also: gives points that the dataset has without it")
+    settings = {key: keys[key] for key in kind.settings}
+    for text in kind.complaints(settings, points):
+        refuse(f"{place}.{text}")
+    return PlannedDataset(kind, points, settings, keys.get("points_per_job", len(points)))
 
 
-# --- from axes to points --------------------------------------------------------------------------
-
-
-def _points(axes: Entries, seed: int) -> tuple[Point, ...]:
+def _points(axes: dict, seed: int, place: str) -> tuple[Point, ...]:
     """Every combination of the axes, in the order of the quantities."""
     points: list[Point] = []
-    for n_blocks in grid_values(*axes["n_blocks"]):
-        alike = axes | {"n_blocks": Entry(int(n_blocks), axes["n_blocks"].where)}
-        grids = [_values_at(name, int(n_blocks), alike[name], seed) for name in QUANTITIES]
-        count = len(points) + math.prod(map(len, grids))
+    names = "without_noise", "with_noise"
+    for n_blocks in axes["n_blocks"]:
+        grids = {}
+        for name, grid in [*axes.items(), ("n_blocks", (n_blocks,))]:
+            if is_by_size(grid) and n_blocks not in grid:
+                refuse(f"{place}.{name} has no entry for n_blocks = {n_blocks}")
+            grids[name] = grid[n_blocks] if is_by_size(grid) else grid
+        if isinstance(grids["seed"], dict):
+            grids["seed"] = (seed + grids["seed"]["offset"],)
+        by_noise = grids["method"] if isinstance(grids["method"], dict) else {}
+        if by_noise:
+            grids["method"] = ("",)  # told when the noise is known
+        columns = [grids[name] for name in QUANTITIES]
+        count = len(points) + math.prod(map(len, columns))
         if count > MOST_POINTS:
-            longest = max(zip(map(len, grids), QUANTITIES, strict=True))[1]
+            longest = max(zip(map(len, columns), QUANTITIES, strict=True))[1]
             text = f"with the other axes it makes {count:.3g} points, at most {MOST_POINTS} allowed"
-            refuse(f"{axes[longest].where}: {text}")
-        for point in map(Point._make, itertools.product(*grids)):
-            by_noise = isinstance(point.method, tuple)
-            points.append(
-                point._replace(method=point.method[point.noise > 0]) if by_noise else point
-            )
+            refuse(f"{place}.{longest}: {text}")
+        made = map(Point._make, itertools.product(*columns))
+        if by_noise:
+            made = (one._replace(method=by_noise[names[one.noise > 0]]) for one in made)
+        points += made
     return tuple(points)
 
 
-def grid_values(grid: Any, where: str) -> tuple:
-    """Values of a grid, rising."""
-    if isinstance(grid, list):
-        return tuple(sorted(grid))
-    if not isinstance(grid, dict):
-        return (grid,)
-    return tuple(range(grid["count"])) if "count" in grid else spaced(f"{SOURCE}: {where}", **grid)
-
-
-def _values_at(name: str, n_blocks: int, axis: Entry, seed: int) -> tuple:
-    """Values of one quantity for chains of one size."""
-    grid, where = axis
-    if is_by_size(grid):
-        if n_blocks not in grid:
-            refuse(f"{where} has no entry for n_blocks = {n_blocks}")
-        grid = grid[n_blocks]
-    match grid:
-        case {"offset": offset}:
-            return (seed + offset,)
-        case {"without_noise": without_noise, "with_noise": with_noise}:
-            return ((without_noise, with_noise),)
-    values = grid_values(grid, where)
-    return tuple(map(int, values)) if name in ("seed", "replicate") else values
-
-
-# --- thinner presets ------------------------------------------------------------------------------
-
-
-def _thinned(entries: Entries, thin: dict) -> Entries:
+def _thinned(keys: dict, thin: dict) -> dict:
     """What a dataset is given, in a preset that has less of all."""
-    return {key: Entry(_less(key, *entry, thin), entry.where) for key, entry in entries.items()}
+    return {key: _less(key, value, thin) for key, value in keys.items()}
 
 
-def _less(key: str, value: Any, where: str, thin: dict) -> Any:
+def _less(key: str, value: Any, thin: dict) -> Any:
     """Fewer values of a grid, a part of the replicates, or a shorter time."""
     if key in SETTINGS:
         return min(value, thin[key]) if key in thin else value
     if key == "also" and value:
-        return {axis: _less(axis, grid, where, thin) for axis, grid in value.items()}
+        return _thinned(value, thin)
     if is_by_size(value):
-        return {size: _less(key, grid, where, thin) for size, grid in value.items()}
-    is_grid = key in QUANTITIES and isinstance(value, list | dict)
-    if not is_grid or key in ("n_blocks", "method", "seed"):
+        return {size: _less(key, grid, thin) for size, grid in value.items()}
+    if key not in QUANTITIES or key in ("n_blocks", "method", "seed"):
         return value
-    values = list(grid_values(value, where))
     if key == "replicate":
-        return values[: max(2, math.ceil(len(values) / thin.get("replicates", 1)))]
-    return values[:: math.ceil(len(values) / thin.get("values", len(values)))]
-
-
-# --- films ----------------------------------------------------------------------------------------
+        return value[: max(2, math.ceil(len(value) / thin.get("replicates", 1)))]
+    return value[:: math.ceil(len(value) / thin.get("values", len(value)))]
 
 
 def _films(config: dict, datasets: dict[str, PlannedDataset], preset: str) -> dict[str, dict]:
@@ -302,19 +245,17 @@ def _films(config: dict, datasets: dict[str, PlannedDataset], preset: str) -> di
         rate = Camera(**camera).frames_per_second
     except InputError as error:
         refuse(f"camera.{error}")
-    for name in config.get("films", []):
+    films = config.get("films", [])
+    for name in films:
         if name not in datasets:
             refuse(f"films: {name}: preset {preset} has no such dataset", name, datasets)
-        filmed, dataset = datasets[name].settings, datasets[name]
+        dataset = datasets[name]
         is_single = dataset.kind.name == "series" and len(dataset.points) == 1
-        if not (is_single and set(FILMED) <= set(filmed["samples"])):
-            refuse(
-                f"films: {name}: must be a series of one point that samples {' and '.join(FILMED)}"
-            )
-        interval, needed = filmed["sample_interval"], 1 / rate / TIME_S
-        if abs(interval / needed - 1) > _FRAME_TOLERANCE:
-            text = (
-                f"its sample_interval is {interval:g}, {rate:g} frames a second need {needed:.7g}"
-            )
-            refuse(f"films: {name}: {text}")
-    return {name: {"film": name, "camera": camera} for name in config.get("films", [])}
+        if not (is_single and set(FILMED) <= set(dataset.settings["samples"])):
+            needed = f"must be a series of one point that samples {' and '.join(FILMED)}"
+            refuse(f"films: {name}: {needed}")
+        interval, frame = dataset.settings["sample_interval"], 1 / rate / TIME_S
+        if abs(interval / frame - 1) > _FRAME_TOLERANCE:
+            needed = f"{rate:g} frames a second need {frame:.7g}"
+            refuse(f"films: {name}: its sample_interval is {interval:g}, {needed}")
+    return {name: {"film": name, "camera": camera} for name in films}

@@ -14,10 +14,15 @@ import yaml
 
 from beltrepro.model import ChainParameters, units
 
-WORDS: dict[str, Any] = yaml.load(
-    Path(__file__).with_name("words.yaml").read_text(encoding="utf-8"),
-    Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader),
-)
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """What a file of the package says; nothing if there is none."""
+    # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    return yaml.load(path.read_text("utf-8"), loader) if path.exists() else {}
+
+
+WORDS = read_yaml(Path(__file__).with_name("words.yaml"))
 UNITS = {
     "1": "1",
     "length": f"model length ({1e3 * units.LENGTH_M:.3g} mm)",
@@ -29,9 +34,6 @@ UNITS = {
     "energy": f"model energy ({units.ENERGY_J:.3g} J)",
 }
 """Text of each unit as files carry it."""
-
-REQUIRED = "required"
-"""Default of what every dataset must be given."""
 
 
 class Described(NamedTuple):
@@ -71,7 +73,7 @@ CHAIN = tuple(field.name for field in fields(ChainParameters) if field.name in Q
 LAW = tuple(name for name in CHAIN if name not in ("n_blocks", "belt_velocity", "noise"))
 """The constants of the law of the springs and of friction."""
 DEFAULTS: dict[str, Any] = {
-    **{name: getattr(ChainParameters, name, REQUIRED) for name in CHAIN},
+    **{name: getattr(ChainParameters, name) for name in CHAIN if hasattr(ChainParameters, name)},
     **{"initial_spread": 0.0, "method": "event", "time_step": 0.001, "seed": 1, "replicate": 0},
 }
 """Values of the quantities where a dataset gives none."""

@@ -8,32 +8,35 @@ job and must not wait for pandas and matplotlib. Words may stand in `words.yaml`
 
 import ast
 import functools
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TypeVar
 
-import yaml
-
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint, one_of
+from beltrepro.replication.plan.points import read_yaml
 
 STUDIES = Path(__file__).parent.parent / "studies"
-# PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 CATEGORIES = ("Figures of the paper", "Integrators compared", "Further studies")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
-    """What a table says of itself."""
+class _Entry:
+    """What is made from datasets and tables, and what it says of itself."""
 
     uses: tuple[str, ...]  # names of the datasets and tables that it is made from
     title: str = ""  # one sentence
     module: str = field(default="", compare=False)  # dotted name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table(_Entry):
+    """A table, as a study names it."""
+
     # what single columns are, with their unit; quantities of a point explain themselves
-    columns: dict[str, str] = field(default_factory=dict, hash=False)
+    columns: dict[str, str] = field(default_factory=dict)
     on_top: bool = False  # whether the file lies at the top of the results, and not in tables/
 
     def file(self, name: str) -> str:
@@ -42,19 +45,16 @@ class Table:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Figure:
-    """What a figure says of itself; its title is also that of the target in `snakemake --list`."""
+class Figure(_Entry):
+    """A figure; its title is also that of the target in `snakemake --list`."""
 
-    uses: tuple[str, ...]  # names of the datasets and tables that it is made from
-    title: str = ""  # one sentence
-    module: str = field(default="", compare=False)  # dotted name
     words: str = ""  # what the figure of the paper shows, in our words; of another, how to read it
     alt: str = ""  # what ours shows, for readers who cannot see it
     number: str = ""  # of the figure in the paper; empty for a figure that the paper does not have
     category: str = CATEGORIES[0]
     # names of the estimates that it draws or prints, by claim: "u-critical", or "u-critical: exact
     # dynamics" for a variant. A star in a name stands for any text
-    shows: dict[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
+    shows: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 E = TypeVar("E", Table, Figure)
@@ -95,12 +95,11 @@ def check_names(datasets: Iterable[str]) -> None:
             raise InputError(f"datasets.{name}: Snakemake keeps this name for itself")
 
 
-def check_uses(entries: dict, inputs: Iterable[str], where: str) -> None:
+def check_uses(entries: dict, inputs: Collection[str], where: str) -> None:
     """Raise InputError for an entry that uses what is not among the datasets and tables there.
 
     where : what has them, for the message: "preset smoke".
     """
-    inputs = list(inputs)
     for name, entry in entries.items():
         for used in entry.uses:
             if used not in inputs:
@@ -111,9 +110,7 @@ def _entries(folder: Path, file: str, label: str, kind: type[E]) -> dict[str, E]
     """What the modules of this name assign to a label at their top, with the words beside them."""
     entries: dict[str, E] = {}
     for path in sorted(folder.rglob(file)):
-        words_path = path.with_name("words.yaml")
-        texts = yaml.load(words_path.read_text("utf-8"), _LOADER) if words_path.exists() else {}
-        words = texts.get(label.lower(), {})
+        words = read_yaml(path.with_name("words.yaml")).get(label.lower(), {})
         module = f"{__package__.removesuffix('plan')}studies.{path.parent.name}.{path.stem}"
         for node in ast.parse(path.read_text("utf-8")).body:
             if not isinstance(node, ast.Assign) or ast.unparse(node.targets[0]) != label:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from beltrepro.base import process
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import dependencies, registry
 from beltrepro.replication.plan.config import SOURCE, load_config
@@ -24,11 +25,15 @@ def one_line() -> Iterator[None]:
 
 
 def check_call() -> None:
-    """End with one line if Snakemake would answer --config or --configfile with a traceback.
+    """Set the process right; end with one line what Snakemake would answer with a traceback.
 
     It would also take a file in which a key is given twice. The profile calls this, because nothing
     else of a workflow is read before these.
     """
+    process.set_right()
+    place = str(Path.cwd())
+    if place.encode(errors="ignore").decode() != place:  # what reads the imports ends badly
+        sys.exit(f"error: {place!r}: the path of the project must be text in UTF-8")
     from snakemake.cli import get_argument_parser
     from snakemake.settings.types import ExecMode
 

@@ -17,9 +17,9 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.spring import SECTION_POSITION
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.plan import io
-from beltrepro.replication.report import conduct, judged
+from beltrepro.replication.report import sections
 from beltrepro.replication.report.findings import typeset
-from beltrepro.replication.report.material import ROOM, Material, length
+from beltrepro.replication.report.material import ROOM, WORDS, Material, length
 from beltrepro.replication.studies.chaos import measure as chaos
 from beltrepro.replication.studies.experiment import measure as experiment
 from beltrepro.replication.studies.integrators import measure as integrators
@@ -34,11 +34,14 @@ _BLOCK = 28.6  # length of a block, 4 cm
 
 
 class PageSection(NamedTuple):
-    """A section: its template in `templates/`, its anchor too, and what gathers values for it."""
+    """A section: its template in `templates/`, its anchor too, and what gathers values for it.
+
+    Each template has the words of the page, and what the run left, besides.
+    """
 
     template: str
     title: str
-    gather: Callable[[Material], dict[str, Any]]
+    gather: Callable[[Material], dict[str, Any]] = lambda _: {}
     needs: tuple[str, ...] = ()  # names of the files without which it is left out
     folded: bool = False  # whether the reader has to open it, as those who check do
     pictures: tuple[str, ...] = ()  # that it shows in place of the section on figures
@@ -60,7 +63,8 @@ def render(output: Path, material: Material) -> None:
 
 
 def _body(section: PageSection, material: Material) -> Markup:
-    return Markup(_template(section.template).render(section.gather(material)))
+    values = section.gather(material)
+    return Markup(_template(section.template).render(values, run=material, words=WORDS))
 
 
 @functools.cache
@@ -135,13 +139,13 @@ def _study(template, title, describe, tables, pictures=()) -> PageSection:
 
 
 MOTION = PageSection("motion", "The chain, live", live_chain)
-SUMMARY = PageSection("summary", "What was found", judged.summary)
+SUMMARY = PageSection("summary", "What was found", sections.summary)
 RECORDINGS = _study(
     "experiment", "The virtual experiment", experiment.of_recordings, ("recordings",)
 )
 SECTIONS = (
     PageSection("figures", "Figures", _figures, ("figures",)),
-    PageSection("claims", "Claims", judged.cards),
+    PageSection("claims", "Claims", sections.cards),
     _study(
         "chaos", "Is the motion chaotic?", chaos.describe, chaos.TOLD_BY, ("motion_map", "survival")
     ),
@@ -157,14 +161,14 @@ SECTIONS = (
         "integrators",
         "Integrators compared",
         integrators.describe,
-        integrators.TOLD_BY,
+        ("agreement",),
         ("agreement_attractors", "agreement_disorder"),
     ),
-    PageSection("dates", "When it was judged", judged.dates, folded=True),
-    PageSection("open_points", "What the paper leaves open", judged.open_points, folded=True),
-    PageSection("presets", "Other presets", judged.presets, ("compared",), folded=True),
-    PageSection("deviations", "Deviations from the paper", conduct.deviations, folded=True),
-    PageSection("runs", "What was run", conduct.runs, folded=True),
-    PageSection("times", "Time per rule", conduct.times, folded=True),
-    PageSection("environment", "Environment", conduct.environment, folded=True),
+    PageSection("dates", "When it was judged", sections.dates, folded=True),
+    PageSection("open_points", "What the paper leaves open", folded=True),
+    PageSection("presets", "Other presets", needs=("compared",), folded=True),
+    PageSection("deviations", "Deviations from the paper", sections.deviations, folded=True),
+    PageSection("runs", "What was run", folded=True),
+    PageSection("times", "Time per rule", sections.times, folded=True),
+    PageSection("environment", "Environment", sections.environment, folded=True),
 )

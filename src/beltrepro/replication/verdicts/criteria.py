@@ -182,12 +182,12 @@ def range_in_words(allowed: Any) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def show(value: Any, digits: int = 4) -> str:
+def show(value: Any) -> str:
     """A printed value as short text: "low to high" for pairs, "name: value; ..." for dicts."""
     if value is None:
         return ""
     if isinstance(value, dict):
-        return "; ".join(f"{name}: {show(inner, digits)}" for name, inner in value.items())
+        return "; ".join(f"{name}: {show(inner)}" for name, inner in value.items())
     if isinstance(value, list | tuple):
-        return " to ".join(show(inner, digits) for inner in value)
-    return f"{value:.{digits}g}"
+        return " to ".join(show(inner) for inner in value)
+    return f"{value:.4g}"

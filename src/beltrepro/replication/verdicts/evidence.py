@@ -31,8 +31,7 @@ class Cut:
     @classmethod
     def of(cls, scan, **where: float) -> "Cut":
         """A row (n_blocks, noise) or column (n_blocks, belt_velocity) of a scan."""
-        take = sections.columns if "belt_velocity" in where else sections.rows
-        return cls(take(scan, **where), *_lengths(scan))
+        return cls(sections.cut(scan, **where), *_lengths(scan))
 
     @property
     def belt_velocity(self) -> np.ndarray:
@@ -112,7 +111,7 @@ class Cut:
 
 
 class Evidence:
-    """The datasets of a preset, and the tracks of its films, by name.
+    """The datasets of a preset, and the tracks of its films (`belt_028_track`), by name.
 
     Missing data raise NotEnoughDataError with the reason. `used` lists what has been asked for
     since `start` was called.
@@ -135,10 +134,6 @@ class Evidence:
         if name not in self.used:
             self.used.append(name)
         return self._datasets[name]
-
-    def track(self, name: str):
-        """The track of the last block in a film, e.g. of "belt_028": a `camera.track.Track`."""
-        return self.dataset(f"{name}_track")
 
     def has(self, name: str) -> bool:
         """Whether a dataset is there."""
@@ -184,25 +179,12 @@ class Evidence:
                 return self._cuts[key]
         raise _nowhere(scans, where)
 
-    def values(self, scan: str, name: str) -> np.ndarray:
-        """Distinct values of an array of a scan, e.g. the noise levels."""
-        return np.unique(self.dataset(scan).arrays[name])
-
-    def table(self, scan: str, *, settled=True) -> Cut:
+    def table(self, scan: str) -> Cut:
         """All points of a scan."""
         dataset = self.dataset(scan)
         cut = Cut(dataset.arrays, *_lengths(dataset))
-        if settled:
-            _settled(cut.transient, scan)
+        _settled(cut.transient, scan)
         return cut
-
-    def laminar_phases(self, name: str) -> np.ndarray:
-        """Laminar phases (L, 2) of a series after its transient: begin and end."""
-        dataset = self.dataset(name)
-        transient, duration = _lengths(dataset)
-        events, n_blocks = dataset.arrays["events"], dataset.attributes["n_blocks"]
-        shortest = float(self.settings["defaults"]["laminar_time"])
-        return states.last_block_phases(events, n_blocks, shortest, start=transient, stop=duration)
 
 
 def _lengths(dataset) -> tuple[float, float]:

@@ -106,7 +106,10 @@ def claim(identifier: str, reading: str | dict[str, Any] = "") -> Callable:
         if isinstance(reading, str):
             by_name = {reading: function}
         else:
-            by_name = {name: partial(_given, function, what) for name, what in reading.items()}
+            by_name = {
+                name: lambda evidence, what=what: function(evidence, what)
+                for name, what in reading.items()
+            }
         readings = REGISTRY.setdefault(identifier, {})
         together = [*readings, *by_name]
         if len(set(together)) < len(together) or ("" in together and len(together) > 1):
@@ -115,10 +118,6 @@ def claim(identifier: str, reading: str | dict[str, Any] = "") -> Callable:
         return function
 
     return register
-
-
-def _given(function: Callable, what: Any, evidence: Any) -> Any:
-    return function(evidence, what)
 
 
 def readings_of(identifier: str, evidence: Any) -> Any:

@@ -58,7 +58,7 @@ def _differing(evidence, pairs, words, chosen):
 def _points(evidence, names, chosen):
     """ln r of the runs by the scheme, and by exact motion, at each point that both have."""
     # In the same stretch of time after the same starts transients may be compared, too.
-    runs = pd.concat([_runs(evidence.table(name, settled=False)) for name in names])
+    runs = pd.concat([_runs(evidence.dataset(name).arrays) for name in names])
     points = [
         [np.log(r) for _, r in sorted(pair.groupby("method")["r"], reverse=True)]
         for (*_, noise), pair in runs.groupby(PLACE)
@@ -67,7 +67,8 @@ def _points(evidence, names, chosen):
     return [pair for pair in points if len(pair) == 2 and min(map(len, pair)) >= MINIMUM_RUNS]
 
 
-def _runs(table):
+def _runs(arrays):
     """r of the runs, with their method and their point to the digits of a grid."""
-    place = {name: np.round(table.points[name], 6) for name in PLACE}
-    return pd.DataFrame(place | {"method": table.points["method"].astype(str), "r": table.disorder})
+    place = {name: np.round(arrays[name], 6) for name in PLACE}
+    method, r = arrays["method"].astype(str), arrays["disorder_parameter"]
+    return pd.DataFrame(place | {"method": method, "r": r})

@@ -32,7 +32,7 @@ def _row(evidence, noise, quiet=RUNS):
 
 def _rows(evidence, quiet):
     """Rows of all noise levels, of which those of the statements are there."""
-    levels = map(float, evidence.values(RUNS, "noise"))
+    levels = np.unique(evidence.dataset(RUNS).arrays["noise"]).tolist()
     rows = {level: _row(evidence, level, quiet) for level in levels}
     require({0.0, 1.0, 2.2} <= rows.keys(), "no runs at sigma = 0, 1 and 2.2")
     return rows
@@ -74,7 +74,6 @@ def uc_of_sigma(evidence, quiet):
 
 @claim("uc-sigma22")
 def uc_sigma22(evidence):
-    """Critical velocity at sigma = 2.2, in model units and m/s."""
     fall = _row(evidence, 2.2).fall
     in_si = fall["critical"].scaled(float(to_si(1.0, "velocity")))
     edges = {f"{edge} edge": fall[edge] for edge in ("lower", "upper")}
@@ -83,7 +82,6 @@ def uc_sigma22(evidence):
 
 @claim("windows-vanish", QUIET)
 def windows_vanish(evidence, quiet):
-    """Share of runs in periodic windows against noise."""
     rows = _rows(evidence, quiet)
     shares = {level: measure.share_in_windows(row, rows[1.0]) for level, row in rows.items()}
     return Measurement({f"at sigma = {level:g}": share for level, share in shares.items()})
@@ -132,7 +130,7 @@ def _exponents(evidence, dataset):
 @claim("r-of-sigma")
 def r_of_sigma(evidence):
     """Rise of r with noise at fixed u >= 20."""
-    velocities = evidence.values("n5_columns", "belt_velocity")
+    velocities = np.unique(evidence.dataset("n5_columns").arrays["belt_velocity"])
     rises = {}
     for u in map(float, velocities[velocities >= 20 - 1e-9]):
         column = evidence.column("n5_columns", N_BLOCKS, u)
@@ -228,7 +226,6 @@ def intermittency(evidence, quiet):
 
 @claim("laminar-spectra")
 def laminar_spectra(evidence):
-    """Spectra of laminar and of chaotic stretches at sigma = 2.2."""
     return measure.spectra(evidence, "u17", "u19")
 
 

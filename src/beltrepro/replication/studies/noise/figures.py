@@ -37,7 +37,7 @@ def fig13(data):
     for axes, name in zip(grid, names, strict=True):
         for scan, _ in panels.layers(data, name):
             for noise in _levels(scan):
-                row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
+                row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
                 scheme = panels.METHODS["verlet"]
                 overlay = scheme if (row["method"].astype(str) == "verlet").all() else ""
                 points = row["belt_velocity"], row["disorder_parameter"]
@@ -58,7 +58,6 @@ def fig13(data):
 
 
 def _printed(axes):
-    """Critical velocities of the paper."""
     axes.set_ylim(top=1.15 * axes.get_ylim()[1])
     place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
     for velocity, words, side in (
@@ -89,7 +88,7 @@ def fig14(data):
     rows = upper.subgridspec(max(levels.size, 1), 1)
     strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
     for axes, noise in zip(strips, levels, strict=False):
-        row = sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
+        row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
         panels.band_diagram(axes, row, size=1.3)
         panels.finish_diagram(axes)
         panels.remark(axes, rf"$\sigma = {noise:g}$")
@@ -103,7 +102,7 @@ def fig14(data):
 
 def _column(axes, scan):
     """r(sigma) at one belt velocity, with the noise at which it rises, here and in the paper."""
-    column = sections.columns(scan, n_blocks=N_BLOCKS, belt_velocity=BELT_VELOCITY)
+    column = sections.cut(scan, n_blocks=N_BLOCKS, belt_velocity=BELT_VELOCITY)
     noise, disorder = column["noise"], column["disorder_parameter"]
     panels.draw_runs(axes, noise, disorder, 0)
     panels.finish_curves(axes, xlabel=panels.NOISE)
@@ -160,7 +159,7 @@ def fig16(data):
         panels.remark(spectrum, f"$u = {velocity:g}$")
         below.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
     noise = data["u17"].attributes["noise"]
-    row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
+    row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
     share = row["belt_velocity"], row["laminar_fraction"]
     panels.draw_runs(below, *share, 0, apart=np.inf)
     below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
@@ -182,7 +181,7 @@ DECADES = 3  # range of the colours below the largest density, at most
 @panels.draws(FIGURES)
 def fig17(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
-    rows = {s: sections.rows(data["n5_rows"], n_blocks=N_BLOCKS, noise=s) for s in NOISES}
+    rows = {s: sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=s) for s in NOISES}
     span = _span(rows.values())
     figure, grid = panels.page(4.0, "ab;cd", sharex=True, sharey=True)
     maps = {
@@ -273,26 +272,18 @@ def fig18(data):
 
 
 def _dots(axes, points):
-    """White dots at the ends of the intermittent range at each noise, small ones between them."""
+    """A white dot at each intermittent point."""
     mask = states.intermittent_mask(points)
-    if not mask.any():
-        panels.remark(axes, "no point is intermittent")
-        return
-    panels.remark(axes, "white: motion alternates")
-    velocity, noise = points["belt_velocity"][mask], points["noise"][mask]
-    ends = np.zeros(velocity.size, dtype=bool)
-    for level in np.unique(noise):
-        here = velocity[noise == level]
-        ends |= (noise == level) & ((velocity == here.min()) | (velocity == here.max()))
-    look = {"color": "white", "markeredgecolor": "black", "clip_on": False}
-    axes.plot(velocity[~ends], noise[~ends], ".", markersize=1.2, color="white")
-    axes.plot(velocity[ends], noise[ends], "o", markersize=3.2, markeredgewidth=0.5, **look)
+    panels.remark(axes, "white: motion alternates" if mask.any() else "no point is intermittent")
+    look = {"color": "white", "markeredgecolor": "black", "markersize": 2.4}
+    place = points["belt_velocity"][mask], points["noise"][mask]
+    axes.plot(*place, "o", markeredgewidth=0.4, clip_on=False, **look)
 
 
 def _shares(axes, scan):
     noises = [noise for noise in panels.levels(scan, "noise") if noise not in UNSHOWN]
     for index, noise in enumerate(noises):
-        row = sections.rows(scan, n_blocks=N_BLOCKS, noise=noise)
+        row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
         share = row["belt_velocity"], row["laminar_fraction"]
         label = rf"$\sigma = {noise:g}$"
         spread = sections.spread(*share)
@@ -304,5 +295,3 @@ def _shares(axes, scan):
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
     panels.legend_above(axes)
-    if not noises:
-        panels.note(axes, "no run with five blocks")

@@ -13,7 +13,7 @@ from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
 from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
-from beltrepro.stats.states import intermittent_mask
+from beltrepro.stats.states import intermittent_mask, laminar_phases
 
 
 def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
@@ -86,7 +86,6 @@ def scatter_ratio(first: Cut, second: Cut) -> Estimate:
 
 
 def _runs_by_velocity(row: Cut) -> dict[float, np.ndarray]:
-    """R of the runs at each u in 3 <= u <= 15."""
     places = np.unique(row.belt_velocity[row.between(*RANGE)])
     require(places.size >= 4, f"{places.size} belt velocities in 3 <= u <= 15, 4 are needed")
     return {float(u): row.disorder[np.isclose(row.belt_velocity, u)] for u in places}
@@ -137,7 +136,7 @@ def spectra(evidence, *names):
     laminar, chaotic = [], []
     for name in names:
         run = evidence.dataset(name)
-        phases = evidence.laminar_phases(name)
+        phases = laminar_phases(run, evidence.settings["defaults"]["laminar_time"])
         laminar += _spectra(run, phases)
         chaotic += _spectra(run, np.column_stack([phases[:-1, 1], phases[1:, 0]]))
     fewest = min(len(laminar), len(chaotic))

@@ -62,7 +62,7 @@ def fig19(data):
 
 def _row(scan, n_blocks):
     """u and r of the runs of a number of blocks, and the number of its style."""
-    row = sections.rows(scan, n_blocks=n_blocks, noise=NOISE)
+    row = sections.cut(scan, n_blocks=n_blocks, noise=NOISE)
     return row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
 
 
@@ -114,13 +114,10 @@ def fig20(data):
 
 def _last_sticks(axes, scan, laminar_time):
     """Last stick of the last block of each run, and the share of runs that stick to the end."""
-    row = sections.rows(scan, n_blocks=N_BLOCKS, noise=0.0)
+    row = sections.cut(scan, n_blocks=N_BLOCKS, noise=0.0)
     velocity, transient = row["belt_velocity"], float(scan.attributes["transient"])
     duration = float(scan.attributes["duration"])
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / length of run", ylim=(-0.05, 1.12))
-    if not velocity.size:
-        panels.note(axes, f"no run with N = {N_BLOCKS}")
-        return
     # a run that never sticks after the transient has none
     last = np.where(np.isfinite(row["last_stick_time"]), row["last_stick_time"], transient)
     lasting = last > duration - laminar_time
@@ -164,7 +161,7 @@ def fig22(data):
     for axes, n_blocks in zip(grid, SIZES, strict=True):
         place = ""
         for number, noise in enumerate(noises):
-            row = sections.rows(scan, n_blocks=n_blocks, noise=noise)
+            row = sections.cut(scan, n_blocks=n_blocks, noise=noise)
             look = {"colour": style.shades(noises.size)[number], "size": 1.6}
             look["aside"] = _ASIDE * (number - (noises.size - 1) / 2)
             panels.band_diagram(axes, row, label=rf"$\sigma = {noise:g}$", **look)

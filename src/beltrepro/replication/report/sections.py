@@ -1,7 +1,10 @@
-"""Sections on what was judged: first screen, claims, dates of their criteria, and other runs."""
+"""What the sections of the page print: what was judged, and how the run was made."""
 
+import os
 import statistics
 from collections import Counter
+
+import pandas as pd
 
 from beltrepro.replication.report.claim_results import Result, Results, count, statements
 from beltrepro.replication.report.findings import findings_of
@@ -9,6 +12,10 @@ from beltrepro.replication.report.material import WORDS, Material
 from beltrepro.replication.verdicts.ledger import SEEN
 
 DECIDING = "n5_replicates"  # the dataset that most claims rest on
+PAPER_LENGTHS = ("2e6", "1e6")  # of runs, and of the part that is discarded
+
+
+# --- what was judged ------------------------------------------------------------------------------
 
 
 def summary(material: Material) -> dict:
@@ -19,7 +26,6 @@ def summary(material: Material) -> dict:
     runs = [number for number in runs if number is not None]
     pictures = material.pictures
     return {
-        "preset": material.preset,
         "datasets": len(material.files.get("datasets", [])),
         "numbered": sum(bool(picture["number"]) for picture in pictures),
         "findings": findings_of(results),
@@ -30,7 +36,6 @@ def summary(material: Material) -> dict:
         "kinds": Counter(result.claim.kind for result in results.values()),
         "duration": float(material.settings["datasets"][DECIDING]["duration"]),
         "runs": runs and (statistics.median_low(runs), min(runs), max(runs)),
-        "others": material.others,
         "seen": seen(results),
     }
 
@@ -66,17 +71,6 @@ def seen(results: Results) -> list[int]:
     return [last.count(name) for name in SEEN]
 
 
-def open_points(material: Material) -> dict:
-    """Points that the paper leaves open: of the model, and of claims."""
-    claims = [result for result in material.claims.values() if result.claim.open]
-    return {"model": WORDS["model"], "claims": claims}
-
-
-def presets(material: Material) -> dict:
-    """How far other runs agree with this one, and the claims that both decide differently."""
-    return {"preset": material.preset, "others": material.others}
-
-
 def _card(result: Result, pictures: list[dict]) -> dict:
     """The result, the figure of its number, and other pictures that show a number of it."""
     number = str(result.claim.figure or "")
@@ -84,3 +78,48 @@ def _card(result: Result, pictures: list[dict]) -> dict:
     shown = [picture for picture in pictures if picture["name"] in result.figures]
     besides = [picture for picture in shown if picture is not figure]
     return {"result": result, "number": number, "figure": figure, "shown": besides}
+
+
+# --- how the run was made -------------------------------------------------------------------------
+
+
+def deviations(material: Material) -> dict:
+    """Rows of texts: lengths other than the paper's, the other integrator, and the general ones."""
+    texts = WORDS["deviations_of_run"]
+    scans = [dataset for dataset in material.datasets if dataset["kind"] == "scan"]
+    table = pd.DataFrame(scans, columns=["name", "duration", "transient"])
+    rows = [
+        texts["length"]
+        | {"ours": f"t = {duration}, of which {transient} discarded", "where": ", ".join(names)}
+        for (duration, transient), names in table.groupby(["duration", "transient"])["name"]
+        if (duration, transient) != PAPER_LENGTHS
+    ]
+    by_events = [one["name"] for one in material.datasets if "event" in one["method"]]
+    if by_events:
+        rows.append(texts["integrator"] | {"where": ", ".join(by_events)})
+    return {"deviations": rows + WORDS["deviations"]}
+
+
+def times(material: Material) -> dict:
+    """Jobs, time (s) and memory (MB) per kind of rule, from the benchmark files of Snakemake."""
+    tables = [pd.DataFrame(columns=["s", "max_rss", "group"], dtype=float)]
+    for path in sorted(material.benchmarks.rglob("*.tsv")):
+        group = path.relative_to(material.benchmarks).with_suffix("").parts[0]
+        # of a job that ended at once Snakemake knows no memory, and writes - or NA
+        tables.append(pd.read_csv(path, sep="\t", na_values="-").assign(group=group))
+    groups = pd.concat(tables).groupby("group")
+    columns = {"jobs": ("s", "size"), "seconds": ("s", "sum"), "longest": ("s", "max")}
+    rows = groups.agg(**columns, memory_mb=("max_rss", "max")).fillna(0.0).to_dict("index")
+    names = WORDS["rules"] | {name: name for name in sorted(rows.keys() - WORDS["rules"].keys())}
+    return {"rules": [{"rule": names[name]} | rows[name] for name in names if name in rows]}
+
+
+def environment(material: Material) -> dict:
+    """Code, libraries, machines and constants: several values where datasets differ."""
+    names = ("code_version", "processor", "libraries", "seed", "time_step")
+    values = {name: dict.fromkeys(str(one[name]) for one in material.datasets) for name in names}
+    return {name: "; ".join(filter(None, texts)) for name, texts in values.items()} | {
+        "cores": os.cpu_count(),
+        "constants": material.settings["model"],
+        "laminar_time": material.settings["defaults"]["laminar_time"],
+    }
