@@ -90,7 +90,6 @@ from beltrepro.engine.taylor import (
     WALL,
     Series,
     at,
-    evaluate,
     evaluate_one,
     extend_series,
     force_order,
@@ -98,6 +97,7 @@ from beltrepro.engine.taylor import (
     integral,
     mean_change,
     new_series,
+    polynomial,
     start_springs,
     value_and_slope,
 )
@@ -454,7 +454,7 @@ def move(order, noisy, lane, moving, step, group, series):
     store(chains.wall_impulse, (lane,), load(chains.wall_impulse, (lane,)) + impulse)
     for block in range(chains.direction.shape[0]):
         place = (block, lane)
-        position, relative = evaluate(order, series, block, step)
+        position, relative = polynomial(order, series.position, block + 1, step)
         shift = position - load(series.position, (at(0, block + 1),))
         heading = load(chains.direction, place)
         loss = _friction_loss(order, block, heading, shift, step, group.law, group.varied, series)
@@ -479,7 +479,7 @@ def _friction_loss(order, block, heading, shift, step, law, varied, series):
         return heading * kinetic_friction(law) * shift
     total = spread(0.0)
     for node in range(len(_NODES)):
-        _, relative = evaluate(order, series, block, _NODES[node] * step)
+        _, relative = polynomial(order, series.position, block + 1, _NODES[node] * step)
         speed = heading * relative
         power = braking(law, varied, block, abs(speed)) * speed
         total = fma(_WEIGHTS[node], power, total)

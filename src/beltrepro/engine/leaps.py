@@ -71,7 +71,6 @@ from beltrepro.engine.taylor import (
     WALL,
     Series,
     at,
-    evaluate,
     evaluate_one,
     extend_pair,
     force_order,
@@ -402,7 +401,7 @@ def _leap_block(lane, block, moved, step, belt, group, series):
     square = dt * dt
     cube = square * dt
     heading = load(chains.direction, place)
-    position, speed = evaluate(ORDER, series, block, step)
+    position, speed = polynomial(ORDER, series.position, block + 1, step)
     pull, rise, bend = _with_derivatives(series.force, block, step)
     a = square * (pull - heading * kinetic)
     central = fma(speed, dt, rise * (cube / 6.0))

@@ -274,14 +274,8 @@ def polynomial(order, coefficients, column, time):
 
 
 @inlined
-def evaluate(order, series, block, time):
-    """Position and relative velocity of a block at `time` (float64x8) after the start."""
-    return _evaluate_all(order, series.position, at(0, block + 1), time)
-
-
-@inlined
 def evaluate_one(order, series, block, i, times):
-    """The same of the chain in lane i alone at eight times."""
+    """Position and relative velocity of a block of the chain in lane i at eight times."""
     return _evaluate_lane(order, series.position, at(0, block + 1) + i, times)
 
 
