@@ -1,5 +1,5 @@
 /* One chain by the scheme of the paper's Appendix, in the laboratory frame: the loop that one would
-   write first. `plain.py` holds its twin in Python, compiled by Numba, and loads this one. */
+   write first. `bench.py` compiles and calls it. */
 
 #include <math.h>
 #include <stdint.h>

@@ -183,11 +183,11 @@ def test_a_track_is_kept_in_a_table(tmp_path):
     ("text", "words"),
     [
         ("t,x\n0,1\n", "lacks the column time_s, x_m"),
+        (HEADER + "0,0,0,8\n" * 60, "more cells than its first line has columns: 0,5 is 0.5"),
+        ("time_s,x_m,x_m\n0,1,2\n", "has the column x_m twice"),
         (HEADER + "0,fast\n", "row 1 has no finite number in time_s or x_m: 0, fast"),
         (HEADER + "0,0.8\n1,0.8\n", "32 are needed"),
         (HEADER + "".join(f"{row},90\n" for row in range(60)), "centimetres"),
-        ("time_s,x_m,x_m\n" + "0,1,2\n" * 60, "two columns time_s or x_m"),
-        (HEADER + "0,1,2\n" * 60, "its rows have more cells than its header"),
         (HEADER + ROWS + "1e9,1\n", "too far apart"),
         (HEADER + "0,0.8\n" * 60, "must rise"),
         (HEADER + "0,-0.8\n" + ROWS.partition("\n")[2], "measured from the support"),

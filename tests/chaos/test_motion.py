@@ -218,3 +218,10 @@ def test_one_slip_of_all_blocks_is_no_equilibrium():
         assert classify(chain, duration=duration, **start).state == state
         settled = time_to_orbit(chain, duration=duration, initial_state=start["initial_state"])
         assert settled["settled"].tolist() == [state == EQUILIBRIUM]
+
+
+def test_no_period_is_told_from_few_disturbed_returns():
+    """Two blocks return seven times in 3000; four agreed about within a limit."""
+    slow = {"method": "verlet", "time_step": 0.004, "replicate": [1, 2], "initial_spread": 5.0}
+    runs = time_to_orbit(ChainParameters(2, 0.5), duration=3000.0, **slow)
+    assert not runs["settled"].any() and np.all(runs["lifetime"] == 3000.0)

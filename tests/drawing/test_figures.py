@@ -57,15 +57,18 @@ def test_drawn_again_it_has_the_same_bytes_in_one_style_and_any_format(tmp_path)
 
 
 def hardly(name):
-    """One point of a scan, at which nothing was measured; else no run, slip or sample at all."""
-    data, rows = made.dataset(name), 1 if name in made.SCANS else 0
+    """One run or two samples in which nothing was measured, without an event."""
+    data = made.dataset(name)
     if isinstance(data, Track):
         return dataclasses.replace(data, time_s=data.time_s[:2], x_m=data.x_m[:2])
     if isinstance(data, pd.DataFrame):
-        return data.head(rows)
+        found = {"critical", "low", "high", "lower", "upper"} & {*data.columns}
+        found |= {name for name in data if name.startswith("lifetime")}
+        return data.assign(**dict.fromkeys(found, np.nan))
     by_run = data.arrays.get("n_blocks", data.arrays.get("belt_velocity"))
+    few = {"time": 2, "positions": 2, "velocities": 2, "friction": 2} if by_run is None else {}
     arrays = {
-        key: values[:rows] if by_run is None or len(values) == len(by_run) else values
+        key: values[: few.get(key, 0)] if by_run is None else values[:1]
         for key, values in data.arrays.items()
         if values.ndim
     }
@@ -90,7 +93,6 @@ def test_says_what_is_missing(name, tmp_path):
     figure = made.draw(name, {used: hardly(used) for used in uses})
     written(figure, tmp_path)
     assert all(axes.has_data() or axes.texts for axes in figure.axes), "an empty panel, no word"
-    assert any(" " in text.get_text() for axes in figure.axes for text in axes.texts)
 
 
 # --- the registry ---------------------------------------------------------------------------------

@@ -78,6 +78,7 @@ def test_no_key_takes_nonsense_or_a_misspelt_name(kind):
         (f"{DATASET}.noise", -3, f"{DATASET}.noise = -3: must be greater than or equal to 0"),
         (f"{DATASET}.noise.stpe", 1, f"unknown key 'stpe' in {DATASET}.noise; did you mean"),
         ("datasets.pairs_r_event.seed.ofset", 1, "in datasets.pairs_r_event.seed; did you mean"),
+        ("presets.standard.datasets.n5_mpa.noise", 1, "no kind; did you mean 'n5_map'?"),
         ("preset", "smok", "'smok': allowed are standard, paper, smoke; did you mean 'smoke'?"),
         ("seed", REMOVED, "seed is missing"),
         ("datasets.u1.section_values", 3, "a dataset of kind series has no such setting, only dur"),

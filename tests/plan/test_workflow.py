@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import snakemake_calls
-from beltrepro.base import store
+from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.cli import app as cli
 from beltrepro.replication.plan import lock, registry, scripting
@@ -214,6 +214,20 @@ def test_a_wrong_call_is_one_line(tree, arguments, settings, words):
 
 
 @pytest.mark.thorough
+def test_a_path_that_is_no_text_is_one_line(tmp_path):
+    tree = copy_of_project(Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff")))
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--dry-run"],
+        **{"cwd": tree, "env": os.environ | {"PYTHONPATH": str(tree / "src")}},
+        **{"capture_output": True, "text": True},
+    )
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[1:] == [
+        f"error: {str(tree)!r}: the path of the project must be text in UTF-8"
+    ]
+
+
+@pytest.mark.thorough
 def test_a_failed_job_is_one_line_and_once_more_at_the_end(tree):
     """A batch is a folder, which no job can read."""
     batch = tree / "results" / "failing" / "batches" / "u20" / "0000.h5"
@@ -225,6 +239,29 @@ def test_a_failed_job_is_one_line_and_once_more_at_the_end(tree):
     assert [line.partition(": ")[0] for line in errors] == ["error in rule join", "error"]
     assert errors[0].partition(": ")[2] == errors[1].partition(": ")[2]
     assert "Traceback" not in done.stderr and "CalledProcessError" not in done.stderr
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("redirected", ["", "<&- >&- 2>&-"])
+def test_a_job_is_done_whatever_it_inherits(tmp_path, redirected):
+    """As from a notebook, a service or a debugger, in a folder with letters that mean something."""
+    tree = tmp_path / "-{a} %s 'b' \"ü\" $c;d*"
+    tree.mkdir()
+    copy_of_project(tree)
+    inherited = {
+        **{"MPLBACKEND": "module://matplotlib_inline.backend_inline", "HOME": "/dev/null"},
+        **{"NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "error", "SOURCE_DATE_EPOCH": "today"},
+        **{"OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "7", "NO_COLOR": "1", "COLUMNS": "wide"},
+        **{"TMPDIR": "/none", "LC_ALL": "C", "GIT_DIR": "/none"},
+    }
+    words = ["bash", "-c", f'umask 077; "$@" {redirected}', "", sys.executable, "-m", "snakemake"]
+    done = subprocess.run(
+        [*words, "--cores", "1", "fig07", "--config", "preset=smoke"],
+        **{"cwd": tree, "env": os.environ | {"PYTHONPATH": str(tree / "src")} | inherited},
+        **{"capture_output": True, "text": True},
+    )
+    assert done.returncode == 0, done.stderr
+    assert seal.check(tree / "results/smoke/figures/fig07.png")
 
 
 @pytest.fixture

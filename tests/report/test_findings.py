@@ -89,10 +89,38 @@ def test_tables_that_do_not_fit_are_refused(tmp_path):
     claims.write_text(claims.read_text().replace("u-critical,", "u-crit,"))
     with pytest.raises(InputError, match=r"claims.csv: damaged: its bytes are not those of its se"):
         read(tmp_path)
-    for old, new in (("u-critical,", "u-crit,"), ("replicated", "variant")):
-        claims.write_text(whole.replace(old, new))
-        with pytest.raises(InputError, match="made by an earlier version, without '"):
-            read(tmp_path)
+    claims.write_text(whole.replace("replicated", "variant"))
+    with pytest.raises(InputError, match="made by an earlier version, without 'replicated'"):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("table", "column", "cell", "message"),
+    [
+        ("claims", "id", "u-critica", "id = 'u-critica': no claim of this version; did you mean"),
+        ("claims", "robust", "", "robust = '': allowed are yes, in part,"),
+        ("estimates", "id", "", "id = '': no claim"),
+        ("estimates", "value", "1,5", "value = '1,5': not a number"),
+        ("estimates", "runs", "eight", "runs = 'eight': not a number"),
+        ("estimates", "allowed_low", "", "decides, and has no allowed_low"),
+        ("estimates", "verdict", "yess", "verdict = 'yess': .* did you mean 'yes'"),
+    ],
+)
+def test_a_cell_that_is_none_is_named_with_its_row(tmp_path, table, column, cell, message):
+    tables = dict(zip(("claims", "estimates"), made_up_results.tables(), strict=True))
+    tables[table] = tables[table].astype(object)
+    tables[table].loc[4, column] = cell
+    for name, rows in tables.items():
+        rows.to_csv(tmp_path / f"{name}.csv", index=False)
+    with pytest.raises(InputError, match=f"{table}.csv: row 5: {message}"):
+        read(tmp_path)
+
+
+def test_rows_with_more_cells_than_columns_are_refused(tmp_path):
+    """Pandas would take the first for names, and each value for that of the column before."""
+    (tmp_path / "a.csv").write_text("id,replicated\nx,1,2\ny,3,4\n")
+    with pytest.raises(InputError, match=r"a.csv: its rows have more cells than its first line"):
+        io.read_as_text(tmp_path / "a.csv")
 
 
 def test_sentences_take_their_numbers_from_the_tables(tmp_path):

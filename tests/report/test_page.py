@@ -330,8 +330,8 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path):
     tables = studies(runs=16)
     shares = tables["alternation"]
     first, second, *_ = shares.index[(shares["noise"] == 1) & (shares["friction_ratio"] == 0.45)]
-    shares.loc[[first, second], "share"] = 0.5, 0.49
     names = ("experiment_odds", "alternation")
+    shares.loc[[first, second], "alternating"] = 8, 7  # of 16
     said, table = written_with(tmp_path, "trials", **{name: tables[name] for name in names})
     assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
     assert "all blocks slip at once for longer than 0.61 s" in said
@@ -361,6 +361,7 @@ def test_the_section_on_the_integrators_has_each_comparison(tmp_path):
     base |= {"n_tested": 31, "n_reference": 32, "mean_tested": 0.1234, "mean_reference": 0.4321}
     base |= {"error_tested": 0.01, "error_reference": 0.02, "z": -1.75, "p": 0.25}
     base |= {"corrected_p": 0.75, "distance": 0.034, "tested": "verlet", "reference": "event"}
+    base |= {"test": "KS"}
     ends = base | {"part": "attractors", "quantity": at_the_end}
     names = "belt_velocity", "initial_spread", "time_step", "verdict"
     places = [(7.0, 0.001, 0.001, "differ"), (13.0, 0.001, 0.001, "agree"),
@@ -370,21 +371,15 @@ def test_the_section_on_the_integrators_has_each_comparison(tmp_path):
                 "z": None, "p": 1e-13, "verdict": "agree"},
         *(ends | dict(zip(names, place, strict=True)) for place in places),
     ])  # fmt: skip
-    families = pd.DataFrame([{
-        "part": "disorder", "quantity": "disorder parameter r", "time_step": None,
-        "initial_spread": None, "runs": 32, "points": 11, "agree": 6, "differ by less than 1 %": 3,
-        "differ": 2, "not measured": 0, "test": "Kolmogorov-Smirnov", "smallest_p": 0.004,
-    }])  # fmt: skip
     lengths = {"duration": 1000.0, "transient": 400.0, "replicate": list(range(32))}
     runs = dict.fromkeys((name for _, name in integrators.PARTS.values()), lengths)
-    tables = {"agreement": comparisons, "families": families}
-    said, rows = written_with(tmp_path, "integrators", runs, **tables)
-    assert rows[1] == ["With noise", "disorder parameter r Kolmogorov-Smirnov", "", "32",
-                       "agree: 6 differ by less than 1 %: 3 differ: 2", "0.004"]  # fmt: skip
+    said, rows = written_with(tmp_path, "integrators", runs, agreement=comparisons)
+    assert rows[1] == ["With noise", "disorder parameter r KS", "", "32", "agree: 1", "0.75"]
+    assert rows[2][2:5] == ["dt = 0.001, initial spread 0.001", "32", "agree: 1 differ: 1"]
     values = ["31, 32", "0.1234 ± 0.01", "0.4321 ± 0.02"]
-    assert rows[3] == ["disorder parameter r", "5", "14", "0", "", *values, "", "< 1e-12", "0.75",
+    assert rows[6] == ["disorder parameter r", "5", "14", "0", "", *values, "", "< 1e-12", "0.75",
                        "3.4 %", "agree"]  # fmt: skip
-    assert rows[4] == [at_the_end, "5", "7", "0", "dt = 0.001, initial spread 0.001", *values,
+    assert rows[7] == [at_the_end, "5", "7", "0", "dt = 0.001, initial spread 0.001", *values,
                        "-1.8", "0.25", "0.75", "3.4 %", "differ"]  # fmt: skip
     # at the step of the run, from both kinds of starts
     assert "at 1 of 3 points: r at the end depends on the integrator, but not, wi" in said

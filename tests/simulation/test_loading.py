@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, Grid, catalogue, scan, simulate
+from beltrepro import ChainParameters, ChainState, Grid, catalogue, scan, simulate
 from beltrepro.model.spring import balance_length
 from beltrepro.simulation.loading import beginning
 
@@ -47,6 +47,11 @@ def test_a_run_that_ends_while_it_loads_is_told_how_long_that_takes():
 def test_several_chains_get_one_line_with_the_one_that_takes_longest():
     (line,) = lines(scan, Grid([2, 5, 10], [1.0, 30.0]), duration=3000.0)
     assert re.match(r"\d of 6 chains: loading is measured too \(N=10, u=1", line)
+
+
+def test_a_later_state_of_undeformed_springs_has_loaded_nothing():
+    state = ChainState.at_rest(SLOW, time=5000.0)
+    assert lines(simulate, SLOW, duration=2000.0, initial_state=state, **NO_SAMPLES)
 
 
 def test_going_on_from_a_loaded_state_needs_no_transient():

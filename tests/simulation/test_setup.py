@@ -22,7 +22,6 @@ from beltrepro import (
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
-from beltrepro.simulation import setup as setups
 from beltrepro.simulation import trajectories
 
 CHAIN, NOISY = ChainParameters(2, 20.0), ChainParameters(3, 10.0, 1.0)
@@ -148,16 +147,6 @@ def test_the_start_is_at_rest_on_undeformed_springs():
     spread = Setup(ChainParameters(5, 20.0), replicate=range(1, 400), initial_spread=0.5).cases
     moved = np.array([case.state.displacements for case in spread])
     assert moved.std() == pytest.approx(0.5, rel=0.1) and abs(moved.mean()) < 0.06
-
-
-@pytest.mark.parametrize("chains", [CHAINS, NOISY, Grid([2, 3], [5.0, 6.0], 1.0, replicates=2)])
-def test_parts_of_a_setup_are_its_cases(chains):
-    several = {"seed": [7, 8, 9], "initial_spread": 0.5} | START if chains is NOISY else {}
-    setup = Setup(chains, **several)
-    parts = [setups.part_of(setup, place) for place in (slice(0, 2), slice(2, None))]
-    cases = [case for part in parts for case in part.cases]
-    assert [case.identity for case in cases] == [case.identity for case in setup.cases]
-    assert [case.state for case in cases] == [case.state for case in setup.cases]
 
 
 # --- runs that repeat each other ---

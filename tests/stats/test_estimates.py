@@ -103,5 +103,12 @@ def test_intervals_hold_the_true_share_as_often_as_they_say(runs):
         numbers = [estimates.share(count, runs) for count in range(runs + 1)]
         held = [one.low <= true <= one.high for one in numbers]
         assert chance @ held >= 0.95 and all(one.low <= one.value <= one.high for one in numbers)
-    both = estimates.share(1, runs, 3)
+    having, unknown = np.arange(runs) < 1, np.arange(runs) < 4  # what is known is not open
+    both = estimates.share_of(having, unknown)
     assert (both.low, both.high) == (estimates.share(1, runs).low, estimates.share(4, runs).high)
+
+
+def test_few_values_make_no_stretches():
+    """Empty stretches would count as independent ones."""
+    with pytest.raises(NotEnoughDataError, match="31 values, 32 are needed"):
+        estimates.sums_in_stretches(np.arange(31.0), np.ones(31))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import samples
+from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.replication.studies.noise import measure
@@ -34,26 +35,6 @@ def test_a_histogram_by_hand():
     assert fine.count.tolist() == [1, 1]
     with pytest.raises(NotEnoughDataError, match="no positive value"):
         histogram([0.0, -1])
-
-
-@pytest.mark.parametrize(
-    ("count", "ends"),
-    [
-        ((9, 99, 50, 30, 20, 9, 40), (1, 4)),
-        ((9, 99, 50, 30, 20, 10, 40), (1, 6)),
-        ((9, 99, 9, 30, 20, 10, 40), None),
-        ((10, 20, 30, 40, 50, 60, 999), None),
-    ],
-)
-def test_the_falling_range_at_its_edges(count, ends):
-    centre = 10.0 ** np.arange(7)
-    made = avalanches.Histogram(centre, np.ones(7), np.array([count]))
-    if ends is None:
-        with pytest.raises(NotEnoughDataError, match="holds 10 values"):
-            made.law(falling=True)
-    else:
-        law = made.law(falling=True)
-        assert (law.low, law.high) == pytest.approx(centre[list(ends)])
 
 
 def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
@@ -280,6 +261,66 @@ def test_the_slope_of_a_spectrum_is_recovered(slope):
     frequency, power = spectra.power_spectrum(coloured_noise(slope, 2**15), 0.1)
     fit = spectra.fit_power_law(frequency, power, low=0.01, high=3)
     assert fit.exponent == pytest.approx(slope, abs=0.05)
+
+
+def exponent(values, low=0.01):
+    """Exponent of a series of one sample a unit of time, with its interval."""
+    law = spectra.fit_power_law(*spectra.power_spectrum(values, 1.0), low=low, high=0.3)
+    return spectra.exponent_of(law, values, 1.0)
+
+
+def switching(seed, size=4000):
+    """A series that changes between two kinds of noise some ten times."""
+    rng = RNG(seed)
+    kind = np.searchsorted(np.cumsum(rng.exponential(size / 10, 60)), np.arange(size)) % 2
+    slopes = rng.permutation([-1.0, -2.5])
+    first, second = (coloured_noise(slope, size, (seed, round(-slope))) for slope in slopes)
+    return np.where(kind, first / first.std(), second / second.std())
+
+
+def test_the_exponent_of_motion_of_two_kinds_is_known_as_badly_as_one_run_tells_it():
+    numbers = [exponent(switching(seed)) for seed in range(20)]
+    mean = np.mean([number.value for number in numbers])
+    assert sum(number.low <= mean <= number.high for number in numbers) >= 17
+    steady = [exponent(coloured_noise(-1.0, 4000, seed)) for seed in range(5)]
+    assert all(number.high - number.low < 0.5 for number in steady)
+
+
+def test_the_exponent_of_a_spectrum_of_lines_says_little():
+    """What lies between the lines decides it: noise of a millionth of their power or of less."""
+    lines = sum(np.cos(2 * np.pi * k * 0.023 * np.arange(4000) + k * k) / k for k in range(1, 10))
+    values = [exponent(lines + level * RNG(1).normal(size=4000)) for level in (1e-3, 1e-5)]
+    for one, other in (values, values[::-1]):
+        assert one.low < other.value < one.high and one.high - one.low > 1
+
+
+def test_a_stretch_at_rest_leaves_the_error_of_an_exponent_open():
+    resting = np.where(np.arange(4000) < 1000, 0.0, coloured_noise(-1.0, 4000))
+    assert "error not known" in exponent(resting).words
+
+
+def test_what_rests_has_no_spectrum_of_its_rounding():
+    for values in (np.full(4000, 0.9), 0.9 + 1e-16 * RNG(0).normal(size=4000)):
+        assert not spectra.power_spectrum(values, 1.0)[1].any()
+        with pytest.raises(NotEnoughDataError, match=r"0 points between 0\.01 and 0\.3"):
+            exponent(values)
+
+
+@pytest.mark.thorough
+def test_the_interval_of_one_run_holds_the_mean_of_others():
+    """A chain that switches between two kinds of motion, as no interval of one kind allows."""
+    chain = ChainParameters(3, 10.0, 1.0, mass=(1, 3, 1), linear_limit=np.inf)
+    runs = simulate(
+        [chain] * 72, replicate=range(72), duration=21_000, transient=1000, sample_interval=1.0
+    )
+    series = [run.positions[run.time >= 1000, -1] for run in runs]
+    numbers = [exponent(values, low=0.03) for values in series[:8]]
+    laws = [
+        spectra.fit_power_law(*spectra.power_spectrum(values, 1.0), low=0.03, high=0.3)
+        for values in series[8:]
+    ]
+    others = np.mean([law.exponent for law in laws])
+    assert sum(number.low <= others <= number.high for number in numbers) >= 7
 
 
 @pytest.mark.parametrize("exponent", [-0.87, -1.47, -2.5])

@@ -66,11 +66,22 @@ def test_the_range_of_a_power_law_is_found():
         laws.goodness_of_fit(values, [20.0, 1999.0], values.size, samples=1)
 
 
+@pytest.mark.parametrize("step", [1.0, 0.3])
+def test_rounded_values_are_refused(step):
+    """Their steps would decide: p = 0 for whole numbers of a power law itself."""
+    values = power_law(-1.5, 1, 100, 2000)
+    with pytest.raises(NotEnoughDataError, match=f"in steps of {step:g}"):
+        laws.goodness_of_fit(0.25 + step * np.rint(values / step), [1.25], 2000, samples=20)
+    for step in (0.0, 1e-4):  # rounded to more digits than matter, or in orbits that repeat
+        fine = step * np.rint(values / step) if step else np.repeat(values[:400], 5)
+        assert laws.goodness_of_fit(fine, [fine.min()], 200, samples=20).p > 0.1
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_nearest_law_is_that_of_a_plain_search(seed):
-    """Over whole ends, which are values themselves; the longest distance on either side counts."""
-    values = np.ceil(power_law(-1.8, 10, 300, 400, seed))
+    """Over ends that are values themselves; the longest distance on either side counts."""
     lows = [10.0, 25.0, 17.0]
+    values = np.r_[lows, power_law(-1.8, 10, 300, 400, seed)]
     tried = []
     for low in lows:
         tail = np.sort(values[values >= low])

@@ -67,12 +67,6 @@ def test_shares_of_made_up_starts():
     assert at[at["start_energy"] == 0]["share"].item() == 0.75
     assert at[at["start_energy"] == 600]["share"].item() == 0.0
     assert np.all(at["low"] <= at["share"]) and np.all(at["share"] <= at["high"])
-    ends = measure.branch_ends(data)
-    five = ends[ends["n_blocks"] == 5].set_index("attractor")
-    assert five.loc[2, ["lower_end", "upper_end"]].tolist() == ["grazing", "grazing"]
-    assert five.loc[1, "upper_end"] == "fold" and five.loc[2, "upper"] == 35.5
-    reached = data["basins"].arrays["attractor"]
-    assert five["starts"].tolist() == [np.sum(reached == 1), np.sum(reached == 2)]
 
 
 # --- what explains the fall of r ------------------------------------------------------------------

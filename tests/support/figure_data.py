@@ -320,9 +320,7 @@ def branching():
     made = {"basins": basins(), "basins_sizes": basins((6, 7))}
     holds = {"sweeps": 1000.0, "sweeps_fast": 200.0, "sweeps_slow": 5000.0}
     made |= {name: sweeps(hold) for name, hold in holds.items()}
-    return made | {
-        name: table(name, made) for name in ("basin_shares", "branch_ends", "sweep_falls")
-    }
+    return made | {name: table(name, made) for name in ("basin_shares", "sweep_falls")}
 
 
 # --- all of them ----------------------------------------------------------------------------------
@@ -380,7 +378,7 @@ def dataset(name):
     }
     groups = {
         "belt_": recordings, "trials": trials,
-        "basin": branching, "branch": branching, "sweep": branching,
+        "basin": branching, "sweep": branching,
         "experiment_odds": trials, "alternation": trials,
         "agreement": pairs, "pairs": pairs,
     }  # fmt: skip

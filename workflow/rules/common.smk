@@ -24,6 +24,10 @@ with one_line():
 RUN = FLOW.plan.run
 os.environ[lock.RUN] = str(os.getpid())  # jobs must not outlive this process
 
+# Snakemake formats this path, and would take braces in that of the project for wildcards.
+ENVIRONMENT = workflow.source_path("../envs/beltrepro.yaml")
+ENVIRONMENT = ENVIRONMENT.replace("{", "{{").replace("}", "}}")
+
 # Claims take long, and wait for nearly all datasets. So these come first, and figures are drawn
 # while claims are measured.
 BEFORE_FIGURES = 1

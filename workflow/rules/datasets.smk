@@ -14,7 +14,7 @@ rule simulate:
         batch="[0-9]{4}",
     priority: BEFORE_FIGURES
     conda:
-        "../envs/beltrepro.yaml"
+        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.batch),
         code=FLOW.code_of_batch,
@@ -36,7 +36,7 @@ rule join:
         "<benchmarks>/datasets/{dataset}.tsv"
     priority: BEFORE_FIGURES
     conda:
-        "../envs/beltrepro.yaml"
+        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset),
         code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.io"),
@@ -59,7 +59,7 @@ rule film:
         "<benchmarks>/experiment/{film}.tsv"
     priority: BEFORE_FIGURES
     conda:
-        "../envs/beltrepro.yaml"
+        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.films[wildcards.film],
         code=lambda wildcards: FLOW.code(

@@ -13,7 +13,7 @@ rule derive:
         "<benchmarks>/{table}.tsv"
     priority: BEFORE_FIGURES
     conda:
-        "../envs/beltrepro.yaml"
+        ENVIRONMENT
     params:
         module=lambda wildcards: FLOW.table(wildcards).module,
         title=lambda wildcards: FLOW.table(wildcards).title,
@@ -37,7 +37,7 @@ rule draw:
     benchmark:
         "<benchmarks>/figures/{figure}.tsv"
     conda:
-        "../envs/beltrepro.yaml"
+        ENVIRONMENT
     params:
         module=lambda wildcards: FLOW.figures[wildcards.figure].module,
         code=lambda wildcards: FLOW.code(
@@ -92,7 +92,7 @@ rule claims:
         "<benchmarks>/claims.tsv"
     priority: BEFORE_FIGURES
     conda:
-        "../envs/beltrepro.yaml"
+        ENVIRONMENT
     params:
         settings=FLOW.plan.settings(),
         shown={name: figure.shows for name, figure in FLOW.figures.items()},
@@ -119,7 +119,7 @@ rule report:
     benchmark:
         "<benchmarks>/report.tsv"
     conda:
-        "../envs/beltrepro.yaml"
+        ENVIRONMENT
     params:
         preset=FLOW.plan.preset,
         settings=FLOW.plan.settings(),

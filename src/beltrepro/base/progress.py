@@ -35,7 +35,8 @@ class Progress:
         self._start = self._last = time.monotonic()
         self._shown = 0.0
         self._bar = None
-        if bar if bar is not None else sys.stderr.isatty() and not _has_log():
+        is_seen = sys.stderr and sys.stderr.isatty() and not _has_log()  # None if it is closed
+        if is_seen if bar is None else bar:
             self._bar = tqdm(total=100, desc=label, unit="%", bar_format=_BAR)
         else:
             self._line("started")
@@ -56,7 +57,7 @@ class Progress:
     def _line(self, text: str) -> None:
         if _has_log():
             logger.info("%s: %s", self._label, text)
-        else:
+        elif sys.stderr:
             print(f"{self._label}: {text}", file=sys.stderr, flush=True)
 
 

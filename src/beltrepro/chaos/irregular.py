@@ -43,6 +43,7 @@ _GROWTH = 0.5  # length of a window as a share of the time before it
 _ALIGNED, _FOLLOWED = 500.0, 100_000.0
 _SHORTEST = 1000.0  # below this no exponent is given
 _FEWEST = 3  # returns in a window; with fewer the section is moved
+_AGREE = 10  # returns of a disturbed orbit, at least: in slow motion one in five does by chance
 # Distances between a disturbed state and that a period earlier, in units of the disturbance. On
 # orbits of 9, 631, 2052, 8089 and 8924 slips they reach 7, 300, 5000, 50000 and 8 millions.
 SCATTERS = (1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
@@ -159,7 +160,7 @@ class _Run:
         if len(states):
             self.motion["return_state"] = states[-1]
         distances = scatters(self.case)
-        late = int(np.sum(times > middle)) if distances else 1
+        late = max(int(np.sum(times > middle)), _AGREE) if distances else 1
         recurrences = (  # a narrow distance first: it tells like returns apart
             find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
             for distance in distances or (0.0,)

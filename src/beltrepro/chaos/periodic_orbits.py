@@ -19,10 +19,17 @@ from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.model.friction import kinetic_friction
+from beltrepro.model.spring import section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
-from beltrepro.simulation.groups import Report, check_progress, integrator_of, observe
+from beltrepro.simulation.groups import (
+    Report,
+    check_progress,
+    for_moments,
+    integrator_of,
+    observe,
+)
 from beltrepro.simulation.run import Run
 from beltrepro.simulation.setup import Case, Chains, Setup, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
@@ -171,12 +178,14 @@ def periodic_orbit(
         raise InputError("transient = 0: must be greater than 0, a chain needs time to settle")
     check_progress(progress)
     observed, share = duration - transient, transient / duration
-    how: dict = {"transient": transient / 2, "sample_interval": None}
-    settled = simulate(made, duration=transient, progress=part(progress, 0, share), **how)
-    settled = settled[0] if isinstance(settled, list) else settled
+    moments, report = LengthMoments(1, case.state.time + transient / 2), part(progress, 0, share)
+    how: dict = {"sampling": for_moments([case]), "report": report}
+    (settled,) = advanced([case], transient, moments, **how)
     # every motion comes down through its mean length again and again
-    log, begun = ReturnLog(1), [replace(case, state=settled.final_state)]
-    length, report = settled.mean_length, part(progress, share, 1)
+    length = moments.result(case.parameters.rest_positions[-1])["mean_length"][0]
+    length = length if np.isfinite(length) else section_position(case.parameters)
+    log, report = ReturnLog(1), part(progress, share, 1)
+    begun = [replace(case, state=settled)]
     (end,) = advanced(begun, observed, log, length=length, report=report)
     times, states, _ = log.returns(0)
     recurrence = find_recurrence(states, times)

@@ -31,7 +31,7 @@ class LoadingWatch:
         cases, end = group.cases, group.start + self._duration
         history = LengthHistory(len(cases), group.start + self._transient, end)
         loaded = all(
-            case.state.time + self._transient >= _SURELY * _loading_time(case) for case in cases
+            _age(case) + self._transient >= _SURELY * _loading_time(case) for case in cases
         )
         watching = observers if loaded else (*observers, history)
         observe(chains, self._duration, watching, group.report)
@@ -60,7 +60,7 @@ class LoadingWatch:
     def _needed(self, case: Case, length: float) -> float:
         """A transient that leaves the loading of a run out, of two digits."""
         seen = self._transient + length if math.isfinite(length) else 0.0
-        time = _AMPLE * max(_loading_time(case) - case.state.time, seen)
+        time = _AMPLE * (max(_loading_time(case) - _age(case), seen) or self._duration)
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
         return math.ceil(time / step) * step
 
@@ -68,20 +68,22 @@ class LoadingWatch:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
         slowest = 4 * case.parameters.n_blocks + 2  # period, less than 2 pi / (pi / (2N + 1))
         measured = self._duration - self._transient
-        left_out, loading = case.state.time + self._transient, _loading_time(case)
-        if case.state.time > 0:  # its motion may be as slow as that
+        left_out, loading = _age(case) + self._transient, _loading_time(case)
+        if _age(case) > 0:  # its motion may be as slow as that
             slowest = max(slowest, loading)
         return measured >= _PERIODS * slowest or left_out < loading
 
 
 def _loading_time(case: Case) -> float:
-    """Time in which the belt brings the last block to where springs and friction balance.
-
-    From t = 0 on: a run that goes on from a later state is not taken to begin anew.
-    """
+    """Time in which the belt brings the last block to where springs and friction balance."""
     chain = case.parameters
-    begun = chain.rest_positions if case.state.time else case.state.positions
+    begun = chain.rest_positions if _age(case) else case.state.positions
     return (balance_length(chain) - begun[-1]) / chain.belt_velocity
+
+
+def _age(case: Case) -> float:
+    """How long a chain has moved before its run, in which it has loaded."""
+    return case.state.time if case.state.displacements.any() else 0.0
 
 
 class Moments(NamedTuple):

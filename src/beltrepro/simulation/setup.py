@@ -6,7 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property, partial
 from inspect import signature
 from typing import Any, TypeAlias, TypeVar
@@ -202,16 +202,6 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
             f"{name}: not together with a Setup; dataclasses.replace(setup, {name}=...) has it"
         )
     return chains
-
-
-def part_of(setup: Setup, place: slice) -> Setup:
-    """Some of the chains of a setup of several."""
-    values = _several(setup)
-    if isinstance(setup.chains, Grid):
-        values |= {"chains": setup.chains.chains, "replicate": setup.chains.replicate}
-    elif not isinstance(setup.chains, ChainParameters):
-        values["chains"] = setup.chains
-    return replace(setup, **{name: value[place] for name, value in values.items()})
 
 
 def columns(setup: Setup) -> dict[str, np.ndarray]:

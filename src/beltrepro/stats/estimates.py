@@ -123,8 +123,9 @@ def share(count: int, runs: int, still_open: int = 0) -> Estimate:
 
 
 def share_of(having: np.ndarray, unknown: np.ndarray | None = None) -> Estimate:
-    """`share` of the runs that a mask marks; those of a second one are still open."""
-    return share(np.sum(having), np.size(having), 0 if unknown is None else np.sum(unknown))
+    """`share` of the runs that a mask marks; the others of a second one are still open."""
+    open_runs = 0 if unknown is None else np.sum(np.asarray(unknown) & ~np.asarray(having))
+    return share(np.sum(having), np.size(having), open_runs)
 
 
 def bootstrap(
@@ -242,6 +243,8 @@ def trend(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
 
 def sums_in_stretches(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Sums (K, 3) of weights, of values and of their squares, in stretches of equal weight."""
+    least = 2 * STRETCHES  # with fewer some stretches would be empty, and count as independent
+    require(values.size >= least, f"{values.size} values, {least} are needed for an interval")
     share = (np.cumsum(weights) - weights / 2) / weights.sum()
     place = np.minimum((STRETCHES * share).astype(int), STRETCHES - 1)
     terms = (weights, weights * values, weights * values**2)

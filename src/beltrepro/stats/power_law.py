@@ -82,6 +82,8 @@ def goodness_of_fit(
         count >= LEAST_VALUES, f"{count} values above {lows[-1]:.3g}, {LEAST_VALUES} are needed"
     )
     high = float(values[-1])
+    step = _step(values)
+    require(not step, f"values in steps of {step:.3g}: the test is one of values of any size")
     exponent, low, distance = _nearest(values, lows, high)
     size = round(min(independent, values.size))
     require(size >= LEAST_VALUES, f"as good as {size} values, {LEAST_VALUES} are needed")
@@ -97,6 +99,19 @@ def goodness_of_fit(
         made = np.r_[np.sort(rng.choice(below, count)), made] if count else made
         further += _nearest(made, lows, high)[2] >= distance
     return NearestLaw(exponent, low, high, further / samples)
+
+
+def _step(values: np.ndarray) -> float:
+    """The step of values in rising order that are rounded so far that most are there twice, or 0.
+
+    Their steps, and not the law, would decide how far they lie from it.
+    """
+    places = np.unique(values)
+    gaps = np.diff(places)
+    if 2 * places.size > values.size or not gaps.size:
+        return 0.0
+    steps = gaps / gaps.min()
+    return float(gaps.min()) if np.abs(steps - np.rint(steps)).max() < 1e-6 else 0.0
 
 
 def _nearest(values: np.ndarray, lows: np.ndarray, high: float) -> tuple[float, float, float]:

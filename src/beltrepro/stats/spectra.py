@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from beltrepro.base.errors import require
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.stats.estimates import Estimate, from_error
 from beltrepro.stats.power_law import PowerLawFit, fit_log_log
 
@@ -19,6 +19,10 @@ from beltrepro.stats.power_law import PowerLawFit, fit_log_log
 # stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).
 FIT_BAND = (0.003, 0.3)
 _RESAMPLES = 200
+_ROUNDING = 1e-12  # of the values of a series
+# Of a series, at most; the slowest motion in the fit must pass so often in each, at least. Two or
+# three stretches tell their scatter so badly that the interval says nothing.
+_STRETCHES, _LEAST_STRETCHES, _LEAST_CYCLES = 8, 4, 4
 
 BAND_HZ = (0.2, 3.9)
 SEGMENT_S = 20.0
@@ -35,6 +39,8 @@ def power_spectrum(
     """One-sided power spectral density of a sampled series, mean removed."""
     values = np.asarray(values, dtype=float)
     require(values.size >= 16, f"{values.size} samples, a spectrum needs 16")
+    if np.ptp(values) <= _ROUNDING * np.abs(values).max():  # at rest
+        values = np.zeros_like(values)
     length = values.size if segment is None else min(int(segment), values.size)
     frequency, power = scipy.signal.welch(
         values, fs=1 / sample_interval, nperseg=length, detrend="constant"
@@ -51,23 +57,55 @@ def fit_power_law(
     alike and the logarithm of a noisy periodogram does not bias the level; the line through the
     bins is unweighted.
     """
+    return fit_log_log(*_bins(frequency, power, low, high), low=low, high=high)
+
+
+def _bins(
+    frequency: npt.ArrayLike, power: npt.ArrayLike, low: float, high: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frequency and mean power of ten bins a decade."""
     frequency, power = np.asarray(frequency, dtype=float), np.asarray(power, dtype=float)
     used = (frequency >= low) & (frequency <= high)
     require(used.any(), f"no frequency between {low:.3g} and {high:.3g}")
     place = np.floor(np.log10(frequency[used]) * 10).astype(int)
     _, place, count = np.unique(place, return_inverse=True, return_counts=True)
     centre = np.exp(np.bincount(place, np.log(frequency[used])) / count)
-    mean = np.bincount(place, power[used]) / count
-    return fit_log_log(centre, mean, low=low, high=high)
+    return centre, np.bincount(place, power[used]) / count
 
 
-def exponent_of(law: PowerLawFit, frequency: np.ndarray) -> Estimate:
+def exponent_of(law: PowerLawFit, values: npt.ArrayLike, sample_interval: float) -> Estimate:
     """Exponent of a law that was fitted to the spectrum of one series without segments.
 
-    Its error is by how much the exponents scatter of spectra of Gaussian noise with this law, at
-    these frequencies. The scatter of the bins about the line says too little: few frequencies lie
-    in the lowest bins, which weigh most.
+    Its interval is the widest of three, since a series may be anything but the noise that the law
+    describes. (1) Gaussian noise with this law: few frequencies lie in the lowest bins, which weigh
+    most, so that their scatter about the line would say too little. (2) That scatter: a spectrum of
+    lines follows no power law, and its exponent hangs on what lies between them. (3) The exponents
+    of stretches of the series: motion that switches between two kinds has two.
     """
+    values = np.asarray(values, dtype=float)
+    frequency, power = power_spectrum(values, sample_interval)
+    centre, mean = _bins(frequency, power, law.low, law.high)
+    scatter = scipy.stats.linregress(np.log(centre), np.log(mean)).stderr
+    estimates = [
+        from_error(law.exponent, _error_of_noise(law, frequency), None),
+        from_error(law.exponent, scatter, None, centre.size - 2),
+    ]
+    count = min(_STRETCHES, int(values.size * sample_interval * law.low / _LEAST_CYCLES))
+    if count >= _LEAST_STRETCHES:
+        length = values.size // count
+        parts = values[: count * length].reshape(count, length)
+        spectra = [power_spectrum(part, sample_interval) for part in parts]
+        try:
+            laws = [fit_power_law(*one, low=law.low, high=law.high) for one in spectra]
+        except NotEnoughDataError:  # the whole of a stretch is at rest
+            return Estimate(law.exponent, np.nan, np.nan)
+        error = float(scipy.stats.sem([part.exponent for part in laws]))
+        estimates.append(from_error(law.exponent, error, None, count - 1))
+    return max(estimates, key=lambda estimate: estimate.high)
+
+
+def _error_of_noise(law: PowerLawFit, frequency: np.ndarray) -> float:
+    """Standard deviation of the exponents of Gaussian noise with a law, at these frequencies."""
     frequency = frequency[: np.searchsorted(frequency, law.high) + 2]
     amplitude = np.concatenate([[0.0], np.sqrt(law(frequency))])  # the mean was removed
     rng = np.random.default_rng(0)
@@ -77,7 +115,7 @@ def exponent_of(law: PowerLawFit, frequency: np.ndarray) -> Estimate:
         windowed = waves[1:-1] - (waves[:-2] + waves[2:]) / 2  # Hann's window
         power = np.abs(windowed) ** 2
         exponents.append(fit_power_law(frequency[:-1], power, low=law.low, high=law.high).exponent)
-    return from_error(law.exponent, float(np.std(exponents)), None)
+    return float(np.std(exponents))
 
 
 # --- lines --------------------------------------------------------------------------------------

@@ -49,7 +49,8 @@ class Spectrum:
     @cached_property
     def exponent(self) -> Estimate | None:
         """Exponent of the law, with its error."""
-        return None if self.law is None else exponent_of(self.law, self.frequency_hz)
+        interval_s = 1 / (self.frequency_hz[0] * self.x_m.size)
+        return None if self.law is None else exponent_of(self.law, self.x_m, interval_s)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 import json
 import math
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -87,19 +86,15 @@ def _columns(text: str) -> tuple[np.ndarray, np.ndarray]:
     import pandas as pd  # not needed to film and track
 
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)
-            # else the first of three cells under two names would be the name of the row
-            how: Any = {"comment": "#", "skipinitialspace": True, "index_col": False}
-            table = pd.read_csv(io.StringIO(text), **how)
+        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)
     except pd.errors.EmptyDataError:
         table = pd.DataFrame()
-    except pd.errors.ParserWarning:
-        raise ValueError("its rows have more cells than its header") from None
     if missing := [name for name in _NEEDED if name not in table]:
         raise ValueError(f"lacks the column {', '.join(missing)}")
-    if any(f"{name}.1" in table for name in _NEEDED):  # as pandas calls the second of a name
-        raise ValueError(f"has two columns {' or '.join(_NEEDED)}")
+    if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first cells for names
+        raise ValueError("its rows have more cells than its first line has columns: 0,5 is 0.5")
+    if twice := [name for name in _NEEDED if f"{name}.1" in table]:
+        raise ValueError(f"has the column {', '.join(twice)} twice")
     values = table[_NEEDED].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
     if not len(values):
         raise ValueError("has no rows")

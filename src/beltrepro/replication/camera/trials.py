@@ -7,7 +7,7 @@ is treated as `beltrepro.replication.camera.recording` treats a film, so that bo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.model import units
 from beltrepro.replication.camera import recording
 from beltrepro.simulation.run import Run
-from beltrepro.simulation.setup import Chains, part_of, setup_of
+from beltrepro.simulation.setup import Chains, setup_of
 from beltrepro.simulation.trajectories import simulate
 
 _AT_ONCE = 32  # runs whose samples are kept at one time
@@ -38,12 +38,16 @@ def trials(
     """
     made = setup_of(chains, setup)
     lasting_s = units.to_si(checks.positive("laminar_time", laminar_time), "time")
+    how: dict[str, Any] = {"duration": duration, "transient": transient}
+    how |= {"sample_start": transient, "sample_interval": sample_interval}
     rows: list[dict[str, float]] = []
     while len(rows) < len(made.cases):
-        part = part_of(made, slice(len(rows), len(rows) + _AT_ONCE))
-        runs = simulate(part, duration=duration, transient=transient,
-                        sample_start=transient, sample_interval=sample_interval)  # fmt: skip
-        rows += [_trial(run, lasting_s) for run in ([runs] if isinstance(runs, Run) else runs)]
+        part = made.cases[len(rows) : len(rows) + _AT_ONCE]
+        means = ("method", "time_step", "tolerance")
+        each: dict[str, Any] = {name: [getattr(case, name) for case in part] for name in means}
+        each["initial_state"] = [case.state for case in part]
+        runs = simulate([case.parameters for case in part], **each, **how)
+        rows += [_trial(run, lasting_s) for run in cast(list[Run], runs)]
         if progress is not None:
             progress(len(rows) / len(made.cases))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

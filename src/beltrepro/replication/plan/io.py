@@ -152,11 +152,14 @@ def read_table(path: str | Path, **how: Any) -> pd.DataFrame:
     import pandas as pd  # most figures need no table
 
     try:
-        return pd.read_csv(StringIO(rows(path)), **how)
+        table = pd.read_csv(StringIO(rows(path)), **how)
     except ValueError as error:  # what pandas raises is of it, too
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: not a table of comma-separated values ({error})") from None
+    if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first cells for names
+        raise InputError(f"{path}: its rows have more cells than its first line has columns")
+    return table
 
 
 def read_as_text(path: str | Path) -> list[dict[str, str]]:

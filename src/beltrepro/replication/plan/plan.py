@@ -136,6 +136,8 @@ def make_plan(config: dict) -> Plan:
         own: dict = {}
         for model in reversed(_chain(name, given, "like", place)):
             own |= given[model]
+        if "kind" not in own:  # a new dataset, or the slip of a preset that changes one
+            refuse(f"{place}.{name} has no kind", name, given.keys() - {name})
         if "method" in config and not own.get("own_method"):
             own["method"] = (config["method"],)
         datasets[name] = _dataset(own, usual | own, config["seed"], f"{place}.{name}")
@@ -166,7 +168,7 @@ def _chain(name: str, entries: dict[str, dict], key: str, place: str) -> list[st
 
 def _dataset(given: dict, keys: dict, seed: int, place: str) -> PlannedDataset:
     """A dataset by what is given for it, and by that with what is usual."""
-    kind = KINDS[one_of(f"{SOURCE}: {place}.kind", given.get("kind"), KINDS)]
+    kind = KINDS[one_of(f"{SOURCE}: {place}.kind", given["kind"], KINDS)]
     for key in given.keys() & SETTINGS.keys() - {*kind.settings}:
         text = f"a dataset of kind {kind.name} has no such setting, only {', '.join(kind.settings)}"
         refuse(f"{place}.{key}: {text}")
@@ -196,19 +198,19 @@ def _points(axes: dict, seed: int, place: str) -> tuple[Point, ...]:
             grids[name] = grid[n_blocks] if is_by_size(grid) else grid
         if isinstance(grids["seed"], dict):
             grids["seed"] = (seed + grids["seed"]["offset"],)
-        if by_noise := isinstance(grids["method"], dict):
-            grids["method"] = (grids["method"],)
+        by_noise = grids["method"] if isinstance(grids["method"], dict) else {}
+        if by_noise:
+            grids["method"] = ("",)  # told when the noise is known
         columns = [grids[name] for name in QUANTITIES]
         count = len(points) + math.prod(map(len, columns))
         if count > MOST_POINTS:
             longest = max(zip(map(len, columns), QUANTITIES, strict=True))[1]
             text = f"with the other axes it makes {count:.3g} points, at most {MOST_POINTS} allowed"
             refuse(f"{place}.{longest}: {text}")
-        for point in map(Point._make, itertools.product(*columns)):
-            method: Any = point.method
-            points.append(
-                point._replace(method=method[names[point.noise > 0]]) if by_noise else point
-            )
+        made = map(Point._make, itertools.product(*columns))
+        if by_noise:
+            made = (one._replace(method=by_noise[names[one.noise > 0]]) for one in made)
+        points += made
     return tuple(points)
 
 

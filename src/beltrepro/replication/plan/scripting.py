@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from beltrepro.base import process
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.replication.plan import lock
 
@@ -20,6 +21,7 @@ def run(main: Callable[[Any], None], snakemake: Any) -> None:
     An error is one line on stderr, and its first line in the log has " ERROR "; unless a user can
     act on it, a traceback follows there.
     """
+    process.set_right()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends jobs, too: without a traceback
     lock.end_with_run()

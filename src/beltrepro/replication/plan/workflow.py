@@ -31,6 +31,9 @@ def check_call() -> None:
     else of a workflow is read before these.
     """
     process.set_right()
+    place = str(Path.cwd())
+    if place.encode(errors="ignore").decode() != place:  # what reads the imports ends badly
+        sys.exit(f"error: {place!r}: the path of the project must be text in UTF-8")
     from snakemake.cli import get_argument_parser
     from snakemake.settings.types import ExecMode
 

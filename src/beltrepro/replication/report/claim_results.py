@@ -2,11 +2,13 @@
 
 import math
 from collections import defaultdict
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from beltrepro.base.errors import InputError
+from beltrepro.base.names import hint, one_of
 from beltrepro.replication.plan import io
 from beltrepro.replication.verdicts.criteria import (
     IN_PART,
@@ -17,6 +19,8 @@ from beltrepro.replication.verdicts.criteria import (
 )
 from beltrepro.replication.verdicts.ledger import Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
+
+T = TypeVar("T")
 
 
 class Number(NamedTuple):
@@ -78,18 +82,39 @@ class Result:
 Results = dict[str, Result]
 
 
+class _Row(NamedTuple):
+    """A row of estimates.csv."""
+
+    claim: str
+    reading: str
+    questions: list[str]  # for which its number decides
+    number: Number
+    figures: set[str]
+
+
 def read(folder: Path) -> Results:
     """The claims of a run by id, in the order of the ledger."""
-    claims, estimates = (
-        io.read_as_text(folder / f"{name}.csv") for name in ("claims", "estimates")
-    )
-    try:
-        numbers = defaultdict(list)
-        for row in estimates:
-            numbers[row["id"]].append(row)
-        return {row["id"]: _result(row, numbers[row["id"]]) for row in claims}
-    except KeyError as error:
-        raise InputError(f"{folder}: made by an earlier version, without {error}") from None
+    paths = folder / "claims.csv", folder / "estimates.csv"
+    claims, estimates = map(io.read_as_text, paths)
+    numbers = defaultdict(list)
+    for row in _values(paths[1], estimates, _number):
+        numbers[row.claim].append(row)
+    results = _values(paths[0], claims, lambda row: _result(row, numbers[row["id"]]))
+    return {result.id: result for result in results}
+
+
+def _values(path: Path, rows: list[dict], value_of: Callable[[dict], T]) -> Iterator[T]:
+    """Each row of a table as a value; one line for the first that is none."""
+    for place, row in enumerate(rows, 1):
+        try:
+            if row["id"] not in load_ledger():
+                near = hint(row["id"], load_ledger())
+                raise ValueError(f"id = {row['id']!r}: no claim of this version{near}")
+            yield value_of(row)
+        except KeyError as error:
+            raise InputError(f"{path}: made by an earlier version, without {error}") from None
+        except ValueError as error:
+            raise InputError(f"{path}: row {place}: {error}") from None
 
 
 def statements(results: Results) -> list[Result]:
@@ -137,25 +162,44 @@ def compare(results: Results, claims_csv: Path) -> OtherRun:
     return other
 
 
-def _result(row: dict[str, str], numbers: list[dict[str, str]]) -> Result:
+def _number(row: dict[str, str]) -> _Row:
+    """A row of estimates.csv, of which the one that decides has a range and a verdict."""
+    names = ("value", "low", "high", "runs", "allowed_low", "allowed_high")
+    value, low, high, runs, *allowed = (_float(name, row[name]) for name in names)
+    questions = row["decides"].split(", ") if row["decides"] else []
+    if questions:
+        one_of("verdict", row["verdict"], VERDICTS)
+        if any(map(math.isnan, allowed)):
+            raise ValueError("decides, and has no allowed_low or allowed_high")
+    estimate = Estimate(value, low, high, None if math.isnan(runs) else int(runs))
+    number = Number(row["name"], estimate, (allowed[0], allowed[1]), row["verdict"])
+    figures = set(filter(None, row["figures"].split(", ")))
+    return _Row(row["id"], row["reading"], questions, number, figures)
+
+
+def _float(name: str, cell: str) -> float:
+    """The number in a cell; NaN for none."""
+    try:
+        return float(cell or "nan")
+    except ValueError:
+        raise ValueError(f"{name} = {cell!r}: not a number") from None
+
+
+def _result(row: dict[str, str], numbers: list[_Row]) -> Result:
     """A row of claims.csv, with its rows of estimates.csv."""
     readings: dict[str, dict[str, Estimate]] = defaultdict(dict)
-    for number in numbers:
-        cells = (number[name] for name in ("value", "low", "high", "runs"))
-        *ends, runs = (float(cell or "nan") for cell in cells)
-        estimate = Estimate(*ends, None if math.isnan(runs) else int(runs))
-        readings[number["reading"]][number["name"]] = estimate
+    for _, reading, _, number, _ in numbers:
+        readings[reading][number.name] = number.estimate
     answers = {}
     for question in QUESTIONS:
-        answer = Answer(row[question], *(row[f"{question}_{name}"] for name in _TEXTS), numbers={})
-        for name, estimate in readings.get(answer.reading, {}).items():
-            answer.numbers[name] = Number(name, estimate)
-        for number in numbers:
-            if number["reading"] == answer.reading and question in number["decides"].split(", "):
-                name, allowed = number["name"], (number["allowed_low"], number["allowed_high"])
-                estimate, (low, high) = answer.numbers[name].estimate, map(float, allowed)
-                answer.numbers[name] = Number(name, estimate, (low, high), number["verdict"])
+        texts = (row[f"{question}_{name}"] for name in _TEXTS)
+        answer = Answer(one_of(question, row[question], VERDICTS), *texts, numbers={})
+        for _, reading, questions, number, _ in numbers:
+            if reading == answer.reading and question in questions:
+                answer.numbers[number.name] = number
+            elif reading == answer.reading:  # another question may judge it by another range
+                answer.numbers.setdefault(number.name, Number(number.name, number.estimate))
         answers[question] = answer
-    figures = {name for number in numbers for name in number["figures"].split(", ") if name}
     about = (row[name] for name in ("paper", "note", "dataset"))
+    figures = set().union(*(number.figures for number in numbers))
     return Result(load_ledger()[row["id"]], *about, answers, readings, figures)

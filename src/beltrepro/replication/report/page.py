@@ -161,7 +161,7 @@ SECTIONS = (
         "integrators",
         "Integrators compared",
         integrators.describe,
-        integrators.TOLD_BY,
+        ("agreement",),
         ("agreement_attractors", "agreement_disorder"),
     ),
     PageSection("dates", "When it was judged", sections.dates, folded=True),

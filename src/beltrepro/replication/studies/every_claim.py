@@ -9,11 +9,7 @@ from beltrepro.replication.studies.laws import claims as laws
 from beltrepro.replication.studies.noise import claims as noise
 from beltrepro.replication.studies.sizes import claims as sizes
 from beltrepro.replication.studies.transition import claims as transition
-from beltrepro.replication.verdicts import measured
+from beltrepro.replication.verdicts.measured import measure
 
 STUDIES = (avalanches, branches, chaos, experiment, integrators, laws, noise, sizes, transition)
-
-
-def measure(datasets: dict, settings: dict) -> measured.Measured:
-    """Measured values and verdicts of every claim, by its two criteria."""
-    return measured.measure(datasets, settings)
+__all__ = ["STUDIES", "measure"]

@@ -112,7 +112,7 @@ class Settling:
     def irregular_for(self, time: float) -> Estimate:
         """Share of the runs that are irregular for a time or longer."""
         lasting = self.arrays["lifetime"] >= time
-        return estimates.share_of(lasting, ~lasting & ~self.arrays["settled"])
+        return estimates.share_of(lasting, ~self.arrays["settled"])
 
     @property
     def ends_periodic(self) -> Estimate:

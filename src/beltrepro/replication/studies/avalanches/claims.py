@@ -61,7 +61,6 @@ def _halves(evidence):
 
 @claim("one-over-f", "amplitude")
 def one_over_f(evidence):
-    """Exponent of the amplitude."""
     return _law(evidence, "u1", amplitude=True)
 
 
@@ -120,7 +119,6 @@ def _exponents(evidence, sample_of, others):
     return {
         "line through all bins": line,
         "10 bins a decade": partial(line, bins_per_decade=10),
-        "falling bins, 10 a decade": partial(line, bins_per_decade=10, falling=True),
         "maximum likelihood": partial(_likely_exponent, evidence, sample_of),
     } | {name: partial(_line, other(catalogue)) for name, other in others.items()}
 
@@ -129,7 +127,6 @@ def _line(sample, **how):
     law, exponent = measure.density_law(sample, **how)
     return Measurement(
         {"exponent": exponent},
-        {"decades": estimates.sure(np.log10(law.high / law.low))},
         note=f"{law.sample_size} bins from {law.low:.3g} to {law.high:.3g}",
     )
 

@@ -40,7 +40,7 @@ def fig08(data):
     """a: x_N(t); b: v_rN(t); c: the spectrum of the whole series; d: the fastest slip of b."""
     series = data["u1"]
     time, position, relative = panels.last_block(series)
-    shown = time >= (time[-1] - SHOWN if time.size else 0.0)
+    shown = time >= time[-1] - SHOWN
     time, position, relative = time[shown], position[shown], relative[shown]
     figure, (upper, lower, spectrum, enlarged) = panels.page(
         4.2, "aa;bb;cd", height_ratios=(1, 1, 1.4)
@@ -52,12 +52,8 @@ def fig08(data):
     panels.trace(lower, time, relative, ylabel=panels.RELATIVE_VELOCITY)
     lower.set_xlabel(panels.TIME)
     enlarged.set(xlabel=panels.TIME, ylabel=panels.RELATIVE_VELOCITY)
-    if time.size:
-        middle = time[np.argmin(relative)]
-        window = middle - ZOOM / 2, middle + ZOOM / 2
-        panels.zoom(lower, enlarged, time, relative, window)
-    else:
-        panels.note(enlarged, "no samples")
+    middle = time[np.argmin(relative)]
+    panels.zoom(lower, enlarged, time, relative, (middle - ZOOM / 2, middle + ZOOM / 2))
     return figure
 
 
@@ -188,20 +184,14 @@ def avalanches(data):
     figure, (left, right) = panels.page(4.2, "a;b", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
-    samples = {}
-    for index, name in enumerate(FIGURES["avalanches"].uses):
-        sample = measure.all_energies(data[name])
-        if not (sample.values > 0).any():
-            continue
-        n_blocks = int(data[name].attributes["n_blocks"])
-        label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
-        look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
-        _density(left, measure.Histogram.of(sample, BINS_PER_DECADE), label=label, **look)
-        samples[n_blocks] = sample
-    if samples:
+    catalogues = [data[name] for name in FIGURES["avalanches"].uses]
+    samples = {int(one.attributes["n_blocks"]): measure.all_energies(one) for one in catalogues}
+    with panels.shortage_on(left):
+        for index, (n_blocks, sample) in enumerate(samples.items()):
+            label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
+            look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
+            _density(left, measure.Histogram.of(sample, BINS_PER_DECADE), label=label, **look)
         left.legend(loc="lower left")
-    else:
-        panels.note(left, "no avalanche in these catalogues")
     with panels.shortage_on(right):
         _cutoffs(right, samples)
     return figure

@@ -13,7 +13,6 @@ from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
-MINIMUM_COUNT = 10
 BINS_PER_DECADE, FINE_BINS = 5, 10
 SCALED_COUNT = 100  # values in a bin of densities that are compared: they scatter by a tenth
 SCALED_RESAMPLES = 200  # each bins all values anew
@@ -43,7 +42,6 @@ class Sample(NamedTuple):
 
 
 def last_block_slips(catalogue) -> np.ndarray:
-    """The slips that belong to the last block."""
     slips = catalogue.arrays["slips"]
     return slips[slips["block"] == catalogue.attributes["n_blocks"]]
 
@@ -79,7 +77,6 @@ def all_energies(catalogue, *, least_blocks: int = 1) -> Sample:
 
 
 def last_block_energies(catalogue) -> Sample:
-    """Energies that the last block alone dissipates in its slips."""
     slips = last_block_slips(catalogue)
     return Sample(slips["dissipated"], slips["point"])
 
@@ -173,12 +170,10 @@ class Histogram(NamedTuple):
 
     @property
     def count(self) -> np.ndarray:
-        """Values in each bin."""
         return self.counts.sum(axis=0)
 
     @property
     def density(self) -> np.ndarray:
-        """Probability density in each bin."""
         return self.count / (self.count.sum() * self.width)
 
     @property
@@ -191,34 +186,23 @@ class Histogram(NamedTuple):
         without = total / (total.sum(axis=1, keepdims=True) * self.width)
         return np.sqrt((chains - 1) * without.var(axis=0))
 
-    def law(self, *, falling: bool = False) -> PowerLawFit:
-        """Power law through the bins, weighted by their counts.
-
-        falling : only from the bin of the largest density to the last of the unbroken run of bins
-        that follow it with at least MINIMUM_COUNT values.
-        """
-        first, last = 0, self.count.size - 1
-        if falling:
-            first = int(np.argmax(self.density))
-            sparse = np.flatnonzero(self.count[first:] < MINIMUM_COUNT)
-            last = first + sparse[0] - 1 if sparse.size else last
-            require(last > first, f"no bin after the most probable holds {MINIMUM_COUNT} values")
-        low, high = self.centre[first] * (1 - 1e-9), self.centre[last] * (1 + 1e-9)
+    def law(self) -> PowerLawFit:
+        """Power law through all bins, weighted by their counts."""
+        low, high = self.centre[0] * (1 - 1e-9), self.centre[-1] * (1 + 1e-9)
         return power_law.fit_log_log(
             self.centre, self.density, low=low, high=high, weight=self.count
         )
 
 
 def density_law(
-    sample: Sample, *, bins_per_decade: int = BINS_PER_DECADE, falling: bool = False
+    sample: Sample, bins_per_decade: int = BINS_PER_DECADE
 ) -> tuple[PowerLawFit, Estimate]:
     """A power law through the bins of a density, and its exponent; chains are drawn anew."""
     histogram = Histogram.of(sample, bins_per_decade)
     exponent = estimates.bootstrap(
-        lambda counts: histogram._replace(counts=counts).law(falling=falling).exponent,
-        [histogram.counts],
+        lambda counts: histogram._replace(counts=counts).law().exponent, [histogram.counts]
     )
-    return histogram.law(falling=falling), exponent
+    return histogram.law(), exponent
 
 
 def most_probable(values: np.ndarray) -> float:
@@ -277,6 +261,7 @@ def growth(samples: dict[int, Sample]) -> Growth:
     def log_cutoff(drawn):
         return np.log(np.quantile(np.concatenate(list(drawn)), CUTOFF_QUANTILE))
 
+    require(all(one.values.size for one in samples.values()), "a chain without an avalanche")
     logs = [
         estimates.bootstrap(log_cutoff, [sample.by_chain()], grid_spacing=CUTOFF_RESOLUTION)
         for sample in samples.values()

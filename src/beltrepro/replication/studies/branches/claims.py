@@ -49,7 +49,6 @@ def fall_by_hold(evidence):
 
 
 def _small(arrays) -> np.ndarray:
-    """Which runs (P, E) end at small r."""
     return is_small(arrays["disorder_parameter"], arrays["state"].astype(str))
 
 

@@ -72,7 +72,7 @@ def _draw_starts(axes, shares):
         label = f"$H/N = {energy:g}$" if energy else "rest"
         shift = _SHIFT * (number - (len(energies) - 1) / 2)
         _draw_shares(axes, shares[chosen], number, label, shift)
-    _finish_shares(axes, 4)
+    _legend_above(axes, 4)
 
 
 def _draw_sweeps(axes, falls):
@@ -81,7 +81,7 @@ def _draw_sweeps(axes, falls):
         for way, face in (("up", None), ("down", "white")):
             rows = falls[(falls["hold"] == hold) & (falls["way"] == way)]
             _draw_shares(axes, rows, number, f"{way}, {hold:g}", 0.0, face)
-    _finish_shares(axes, 3)
+    _legend_above(axes, 3)
 
 
 def _draw_shares(axes, rows, number, label, shift, face=None):
@@ -92,13 +92,6 @@ def _draw_shares(axes, rows, number, label, shift, face=None):
     panels.intervals(
         axes, rows["belt_velocity"] + shift, *shares, fmt=style.MARKERS[number], **look
     )
-
-
-def _finish_shares(axes, columns):
-    if not axes.containers:
-        panels.note(axes, "no runs")
-        return
-    _legend_above(axes, columns)
 
 
 def _legend_above(axes, columns):

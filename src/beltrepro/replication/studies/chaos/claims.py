@@ -43,7 +43,6 @@ def attractor(evidence):
 
 @claim("u15-aperiodic", SETTLING)
 def u15_aperiodic(evidence, names):
-    """Whether runs at u = 15 stay irregular."""
     runs = motions.settling(evidence, names)
     also = {"half of the runs settle by": runs.half_life, "end periodic": runs.ends_periodic}
     if names != SETTLING[SCHEME]:  # no deviation is followed beside the scheme
@@ -133,7 +132,6 @@ def bands_by_look(evidence):
 
 @claim("bifurcation-sigma0", EXACT)
 def bands_of_motions(evidence):
-    """Chaotic and periodic motions for u <= 15."""
     ends = evidence.claim.parameters["belt_velocity"]
     runs = motions.runs(evidence, N_BLOCKS, *ends, besides="survival_long")
     shares = {name: motions.share(runs, name) for name in (CHAOTIC, PERIODIC)}

@@ -21,8 +21,8 @@ FIGURES = {
 
 # --- Not in the paper: where the motion is periodic, irregular for long, and irregular to the end -
 
-# Colour, hatching and words of each way to move, from the bottom of a cell to its top. The hues are
-# those of Fig. 12, darker or paler so that they differ in grey too.
+# Colour, hatching and words of each way to move, from the bottom of a cell to its top. The colours
+# differ in grey too.
 _LOOKS = {
     motion.CHAOTIC: ("#7a2e00", "", "irregular, exponent above zero"),
     motion.TRANSIENT: (style.ORANGE, "/////", "irregular, exponent not above zero or not known"),
@@ -46,14 +46,10 @@ def motion_map(data):
     points = data["motion_map"].arrays
     sizes.set(xlabel=panels.BELT_VELOCITY, ylabel="$N$")
     exponents.set(xlabel=panels.BELT_VELOCITY, ylabel=r"largest exponent $\lambda_1$")
-    if points["belt_velocity"].size:
-        _draw_cells(sizes, points)
-        _draw_verdicts(sizes, points, data["mean_lifetimes"])
-        _draw_exponents(exponents, points)
-        _draw_legend(figure, sizes)
-    else:
-        for axes in (sizes, exponents):
-            panels.note(axes, "no points in this dataset")
+    _draw_cells(sizes, points)
+    _draw_verdicts(sizes, points, data["mean_lifetimes"])
+    _draw_exponents(exponents, points)
+    _draw_legend(figure, sizes)
     return figure
 
 
@@ -130,21 +126,17 @@ def _draw_exponents(axes, points):
 @panels.draws(FIGURES)
 def survival(data):
     """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
-    figure, (single, many, by_velocity, by_size) = panels.page(4.8, "ab;cd", width_ratios=(1.35, 1))
+    figure, (single, many, by_velocity) = panels.page(4.8, "ab;cc", width_ratios=(1.35, 1))
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
     colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
     _draw_each(single, data["survival"], _of(table, "survival"), colours)
     _draw_many(many, data["survival_many"], _of(table, "survival_many"))
     _draw_by_velocity(by_velocity, table, colours)
-    _draw_by_size(by_size, table)
-    for axes in (by_velocity, by_size):
-        axes.axhline(_horizon(data["survival"]), color="0.6", linewidth=0.8, zorder=0)
-        axes.set(yscale="log", ylabel=r"mean lifetime $\tau$")
+    by_velocity.axhline(_horizon(data["survival"]), color="0.6", linewidth=0.8, zorder=0)
+    by_velocity.set(xlabel=panels.BELT_VELOCITY, yscale="log", ylabel=r"mean lifetime $\tau$")
     for axes in (single, many):
         axes.set(xlabel=panels.TIME, ylabel="share still irregular")
     single.set_ylim(-0.03, 1.03)
-    by_velocity.set(xlabel=panels.BELT_VELOCITY)
-    by_size.set(xlabel="$N$")
     handles, labels = by_velocity.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
@@ -152,7 +144,6 @@ def survival(data):
 
 
 def _of(table, name):
-    """Rows of a dataset."""
     return table[table["dataset"] == name]
 
 
@@ -161,7 +152,6 @@ def _horizon(runs):
 
 
 def _at(columns, *point):
-    """Which runs, or rows, are at this N, u and initial spread."""
     return np.all([columns[name] == value for name, value in zip(POINT, point, strict=True)], 0)
 
 
@@ -170,9 +160,6 @@ def _at(columns, *point):
 
 def _draw_each(axes, runs, table, colours):
     """A curve for each N, at the u where about half of the runs end."""
-    if not runs.arrays["lifetime"].size:
-        panels.note(axes, "no runs in this dataset")
-        return
     first, *others = np.unique(runs.arrays["initial_spread"])
     for size, colour in colours.items():
         velocity = _half_ends(runs, size, first)
@@ -190,9 +177,6 @@ def _draw_each(axes, runs, table, colours):
 
 def _draw_many(axes, runs, table):
     """A curve for each point of the dataset with many runs."""
-    if not runs.arrays["lifetime"].size:
-        panels.note(axes, "no runs in this dataset")
-        return
     points = np.unique(np.column_stack([runs.arrays[name] for name in POINT]), axis=0)
     for point, colour in zip(points, style.COLOURS, strict=False):
         label = f"$N = {point[0]:g}$, $u = {point[1]:g}$, {_at(runs.arrays, *point).sum()} runs"
@@ -226,7 +210,6 @@ def _draw_curve(axes, runs, table, point, colour, label):
 
 
 def _curve(runs, *point):
-    """Survival of the runs at one point."""
     chosen = _at(runs.arrays, *point)
     lifetime, settled = runs.arrays["lifetime"][chosen], runs.arrays["settled"][chosen]
     return kaplan_meier(*observed(lifetime, settled, horizon=_horizon(runs)))
@@ -274,25 +257,3 @@ def _draw_means(axes, rows, shift, *, color, **look):
     bars = {"color": color, "elinewidth": 0.9}
     panels.intervals(axes, place[ended], *mean, linestyle="none", **bars | look)
     panels.limits(axes, place[~ended], rows["lifetime_lower"][~ended], capsize=2.0, **bars)
-
-
-def _draw_by_size(axes, table):
-    """A dot for each u at each N: full for the smallest initial spread, open for the others."""
-    measured = table[table["lifetime_lower"].notna()]
-    if measured.empty:
-        panels.note(axes, "no mean lifetimes")
-        return
-    spreads, sizes = np.unique(measured["initial_spread"]), np.unique(measured["n_blocks"])
-    for index, spread in enumerate(spreads):
-        rows = measured[measured["initial_spread"] == spread]
-        place = rows["n_blocks"] + 0.25 * (index - (spreads.size - 1) / 2)
-        ended = np.isfinite(rows["lifetime"])
-        look = {"linestyle": "none", "color": style.BLUE, "markersize": 3.5}
-        look |= {"markerfacecolor": "none"} if index else {}
-        label = f"spread {spread:g}"
-        axes.plot(place[ended], rows["lifetime"][ended], "o", label=label, **look)
-        bars = {"color": style.BLUE, "elinewidth": 0.9, "capsize": 2.0}
-        panels.limits(axes, place[~ended], rows["lifetime_lower"][~ended], **bars)
-    axes.set_xticks(sizes)
-    axes.set_xlim(sizes[0] - 0.6, sizes[-1] + 0.6)
-    axes.legend(loc="lower right", handletextpad=0.1)

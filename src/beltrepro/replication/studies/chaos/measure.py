@@ -1,6 +1,5 @@
 """Irregular and periodic motion: where runs end, how long they are irregular, and exponents."""
 
-from contextlib import suppress
 from itertools import takewhile
 
 import numpy as np
@@ -11,7 +10,7 @@ from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
 from beltrepro.stats import estimates, sections, survival
-from beltrepro.stats.estimates import Estimate, share_of
+from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, ERRORS, MOTIONS, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
 TABLES = {
@@ -21,13 +20,6 @@ TABLES = {
 }
 POINT = ("n_blocks", "belt_velocity", "initial_spread")
 """What tells the points of a dataset apart; runs that differ in the replicate share a row."""
-
-# Columns behind those of the point, of a table without rows too.
-_LIFETIME = (
-    *("runs", "settled", "share", "share_lower", "share_upper", "start", "horizon", "counted"),
-    *("ended", "lifetime", "lifetime_lower", "lifetime_upper", "shape", "shape_p"),
-    *("exponent", "exponent_error", "exponent_runs", "verdict", "attractor"),
-)
 
 
 # --- runs of a given length -----------------------------------------------------------------------
@@ -53,8 +45,7 @@ def noisy_motions(data) -> pd.DataFrame:
     arrays = data["noisy_motion"].arrays
     rows = []
     for place, runs in by_point(arrays, "belt_velocity", "noise"):
-        row = place | {"runs": runs.size} | _exponent(arrays["largest_exponent"][runs])
-        rows.append(row | {"r": pd.Series(arrays["disorder_parameter"][runs]).mean()})
+        rows.append(place | _exponent(arrays["largest_exponent"][runs]))
     return pd.DataFrame(rows)
 
 
@@ -75,7 +66,7 @@ def mean_lifetimes(data) -> pd.DataFrame:
         for point, runs in by_point(data[name].arrays, *POINT):
             lasting = _lasting(sections.select(data[name].arrays, runs), horizon)
             rows.append({"dataset": name} | point | lasting)
-    return pd.DataFrame(rows, columns=["dataset", *POINT, *_LIFETIME])
+    return pd.DataFrame(rows)
 
 
 def _lasting(runs, horizon) -> dict:
@@ -85,10 +76,8 @@ def _lasting(runs, horizon) -> dict:
     exponent = survival.pool_exponents(*irregular)
     span = {"start": survival.spreading_time(exponent, horizon), "horizon": horizon}
     row = {"runs": settled.size, "settled": int(settled.sum())} | span
-    row |= share_of(~settled).named("share", "share_lower", "share_upper")
     row |= _lifetime(lifetime, settled, span)
     row |= {"exponent": exponent.value, "exponent_error": exponent.error}
-    row |= {"exponent_runs": exponent.runs}
     # regular too where irregular motion is too short for an exponent
     regular = settled.all() and not exponent.runs
     row["verdict"] = survival.REGULAR if regular else survival.decide(lifetime, settled, **span)
@@ -97,14 +86,13 @@ def _lasting(runs, horizon) -> dict:
 
 
 def _lifetime(lifetime, settled, span) -> dict:
-    """Mean lifetime and test; empty where too few runs carry them."""
+    """Mean lifetime; empty where too few runs carry one."""
     time, ended = survival.observed(lifetime, settled, **span)
-    row: dict = {"counted": time.size, "ended": int(ended.sum())}
-    with suppress(NotEnoughDataError):
+    try:
         mean = survival.mean_lifetime(time, ended)
-        row |= mean.named("lifetime", "lifetime_lower", "lifetime_upper")
-        row["shape_p"], row["shape"] = survival.weibull_test(time, ended)
-    return row
+    except NotEnoughDataError:
+        mean = estimates.absent()
+    return {"counted": time.size} | mean.named("lifetime", "lifetime_lower", "lifetime_upper")
 
 
 # --- the section of Fig. 10 -----------------------------------------------------------------------
@@ -141,7 +129,6 @@ _STATES = (PERIODIC, QUASI_PERIODIC, CHAOTIC, TRANSIENT)
 
 
 def describe(tables: dict[str, pd.DataFrame], _settings: dict) -> dict:
-    """Numbers of the sentences on chaos, and rows of tables."""
     motions, lifetimes, noisy = (tables[name] for name in TOLD_BY)
     lifetimes = lifetimes.drop_duplicates(list(POINT), keep="last")  # the longest runs come last
     five, others = (lifetimes[(lifetimes["n_blocks"] == 5) == chosen] for chosen in (True, False))

@@ -1,21 +1,21 @@
 """Claims on the experiment (Secs. II and IV.B), measured in trials and in films of the model."""
 
-from functools import partial
-
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.model.units import TIME_S, from_si
+from beltrepro.model.units import TIME_S
 from beltrepro.replication.studies.experiment import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.replication.verdicts.motions import N_BLOCKS, between
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import mean, share_of
 from beltrepro.stats.states import LAMINAR_SHARE
 
-N_BLOCKS, RUNS = 5, "n5_replicates"
+RUNS = "n5_replicates"
 SHORTEST_S = 900.0  # of a trial: the paper's are some hundred seconds long
 STRETCHES = 20
+AT_NOISES = {f"sigma = {noise:g}": noise for noise in measure.ASSIGNED}
 
 
 # --- the measurement: Figs. 2 and 3 ---------------------------------------------------------------
@@ -51,7 +51,6 @@ def threshold(evidence):
 
 
 def _errors(evidence, name):
-    """Errors in stretches of a film."""
     track, true, interval = _filmed(evidence, name)
     rows = []
     for part in np.array_split(np.arange(len(track.time_s)), STRETCHES):
@@ -80,7 +79,6 @@ def _disorder(position):
 
 
 def _lost_frames(track):
-    """Number of frames in which the block was not found."""
     interval = np.median(np.diff(track.time_s))
     return sum(round((end - begin) / interval) + 1 for begin, end in track.lost_s)
 
@@ -88,48 +86,41 @@ def _lost_frames(track):
 # --- what the model shows beside the recordings: Figs. 4 and 5 ------------------------------------
 
 
-@claim("experiment-028")
-def experiment_028(evidence):
+@claim("experiment-028", AT_NOISES)
+def experiment_028(evidence, noise):
     """How often trials of the model alternate between small and large amplitude."""
     low, high = LAMINAR_SHARE
-
-    def alternation(noise):
-        lasting = _trials(evidence, noise, "lasting_share")
-        alternating = share_of((lasting >= low) & (lasting <= high))
-        return Measurement(also={"trials that alternate": alternating})
-
-    return _at_noises(alternation)
+    lasting = _trials_of_claim(evidence, noise)["lasting_share"]
+    alternating = share_of((lasting >= low) & (lasting <= high))
+    return Measurement(also={"trials that alternate": alternating})
 
 
-@claim("experiment-022")
-def experiment_022(evidence):
+@claim("experiment-022", AT_NOISES)
+def experiment_022(evidence, noise):
     """How often all blocks of the model slip for a minute."""
-
-    def long_slip(noise):
-        longest_s = _trials(evidence, noise, "all_slip_longest") * TIME_S
-        minute = share_of(longest_s > evidence.claim.parameters["longer_than_s"])
-        longest = estimates.sure(longest_s.max())
-        return Measurement(
-            also={"trials with a minute of slip of all blocks": minute, "longest slip (s)": longest}
-        )
-
-    return _at_noises(long_slip)
+    longest_s = _trials_of_claim(evidence, noise)["all_slip_longest"] * TIME_S
+    minute = share_of(longest_s > evidence.claim.parameters["longer_than_s"])
+    longest = estimates.sure(longest_s.max())
+    return Measurement(
+        also={"trials with a minute of slip of all blocks": minute, "longest slip (s)": longest}
+    )
 
 
-def _at_noises(reading):
-    return {f"sigma = {noise:g}": partial(reading, noise) for noise in measure.ASSIGNED}
-
-
-def _trials(evidence, noise, quantity):
-    """A quantity of the trials at the speed of the claim and a noise."""
-    trials = evidence.dataset("trials")
-    seconds = TIME_S * float(trials.attributes["duration"] - trials.attributes["transient"])
+def _trials_of_claim(evidence, noise):
+    """The trials at the speed of the claim and a noise, if they are long enough."""
+    about = evidence.dataset("trials").attributes
+    seconds = TIME_S * float(about["duration"] - about["transient"])
     require(seconds >= SHORTEST_S, f"trials of {seconds:.0f} s, {SHORTEST_S:g} s are needed")
-    speed = from_si(evidence.claim.parameters["belt_velocity_m_s"], "velocity")
-    chosen = np.isclose(trials.arrays["belt_velocity"], speed, rtol=measure.ALIKE)
-    chosen &= np.isclose(trials.arrays["noise"], noise)
-    require(chosen.any(), f"no trials at u = {speed:.4g}, sigma = {noise:g}")
-    return trials.arrays[quantity][chosen]
+    return _trials(evidence, evidence.claim.parameters["belt_velocity_m_s"], (noise, noise))
+
+
+def _trials(evidence, speed_m_s, noises):
+    """The trials at a speed, and at a noise between two ends."""
+    trials = evidence.dataset("trials").arrays
+    chosen = measure.at_speed(speed_m_s, trials) & between(trials["noise"], *noises)
+    words = " to ".join(f"{noise:g}" for noise in sorted(set(noises)))
+    require(chosen.any(), f"no trials at {speed_m_s:g} m/s, sigma = {words}")
+    return sections.select(trials, chosen)
 
 
 # --- the noise that corresponds to the experiment -------------------------------------------------
@@ -137,21 +128,14 @@ def _trials(evidence, noise, quantity):
 NEAR = 0.5  # of u; runs this close to a speed of the experiment stand for it
 INTERMITTENT = 2.2  # noise of Fig. 16
 NEAR_IT = (2.0, 2.8)  # noises of trials
-BY_SPEED = {f"{recorded.speed_m_s:g} m/s": recorded for recorded in measure.EXPERIMENT}
+READINGS = {f"sigma = {noise:g}": (noise, RUNS) for noise in (INTERMITTENT, 1.0, 0.0)}
+READINGS |= {"sigma = 0, the paper's scheme": (0.0, "n5_replicates_check")}
 
 
-@claim("r-experiment")
-def r_experiment(evidence):
+@claim("r-experiment", READINGS)
+def r_experiment(evidence, noise_and_scan):
     """Model r at the belt speeds of the experiment, at several noises."""
-    noises = (INTERMITTENT, 1.0, 0.0)
-    return {
-        f"sigma = {noise:g}": partial(_r_at_speeds, evidence, noise, RUNS) for noise in noises
-    } | {
-        "sigma = 0, the paper's scheme": partial(_r_at_speeds, evidence, 0.0, "n5_replicates_check")
-    }
-
-
-def _r_at_speeds(evidence, noise, scan):
+    noise, scan = noise_and_scan
     row = evidence.replicates(N_BLOCKS, noise, scan=scan)
     of_model, ratios = {}, {}
     for name, recorded in zip(("r_022", "r_028"), measure.EXPERIMENT, strict=True):
@@ -172,41 +156,24 @@ def _near(row, recorded):
 def intermittency_experiment(evidence):
     """The critical speed over those of the experiment, and how the model alternates there."""
     row = evidence.replicates(N_BLOCKS, INTERMITTENT, scan=RUNS)
-    trials = evidence.dataset("trials").arrays
-    alternating, critical = measure.alternates(trials), row.fall["critical"]
+    critical = row.fall["critical"]
     ratios, also = {}, {"critical velocity": critical}
-    for speed, recorded in BY_SPEED.items():
+    for recorded in measure.EXPERIMENT:
+        speed = f"{recorded.speed_m_s:g} m/s"
         ratios[f"critical speed over {speed}"] = critical.scaled(1 / recorded.belt_velocity)
         laminar = row.points["laminar_fraction"][_near(row, recorded)]
         also[f"laminar share, {speed}"] = mean(laminar)
-        also[f"trials that alternate, {speed}"] = share_of(
-            alternating[_with_noise(trials, NEAR_IT, recorded)]
-        )
+        trials = _trials(evidence, recorded.speed_m_s, NEAR_IT)
+        also[f"trials that alternate, {speed}"] = share_of(measure.alternates(trials))
     return Measurement(ratios, also)
 
 
-@claim("sigma-experiment")
+@claim("sigma-experiment", "printed constants")
 def sigma_experiment(evidence):
     """How trials at the noise that the paper assigns agree with its recordings."""
-    return {"printed constants": partial(_trials_that_agree, evidence)}
-
-
-def _trials_that_agree(evidence):
-    trials = evidence.dataset("trials").arrays
-    return Measurement(
-        also={
-            f"trials that agree, {speed}": share_of(
-                measure.agrees(recorded, trials)[_with_noise(trials, measure.ASSIGNED, recorded)]
-            )
-            for speed, recorded in BY_SPEED.items()
-        }
-    )
-
-
-def _with_noise(trials, ends, recorded):
-    """Which trials have the speed of a recording and a noise between two ends."""
-    low, high = ends
-    chosen = (trials["noise"] >= low - 1e-9) & (trials["noise"] <= high + 1e-9)
-    chosen &= measure.at_speed(recorded, trials)
-    require(chosen.any(), "no trials at this noise")
-    return chosen
+    also = {}
+    for recorded in measure.EXPERIMENT:
+        trials = _trials(evidence, recorded.speed_m_s, measure.ASSIGNED)
+        agreeing = share_of(measure.agrees(recorded, trials))
+        also[f"trials that agree, {recorded.speed_m_s:g} m/s"] = agreeing
+    return Measurement(also=also)

@@ -1,7 +1,6 @@
 """Figs. 1 to 5: the chain, and films of the virtual experiment."""
 
 import itertools
-import textwrap
 from functools import partial
 from pathlib import Path
 
@@ -105,8 +104,6 @@ def draw_spectrum(axes, spectrum, name):
 SECONDS = r"$t$ (s)"
 LENGTH = "$x_5$ (cm)"
 
-_LETTERS = 24  # in a line of words on a narrow panel
-
 
 def _page(height, layout, **how):
     """A page with lettered panels that says at its top that the experiment is not a real one."""
@@ -117,7 +114,6 @@ def _page(height, layout, **how):
 
 
 def speed(run):
-    """Belt speed and noise of a run in words."""
     velocity = run.attributes["belt_velocity"]
     return (
         rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s = {velocity:.2f}, "
@@ -147,37 +143,27 @@ def _draw_film(trace, spectra, data, film):
     disorder, small = draw_trace(trace, recording)
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
     for recorded in measure.EXPERIMENT:
-        if measure.at_speed(recorded, data[film].attributes):
+        if measure.at_speed(recorded.speed_m_s, data[film].attributes):
             disorder += f" (paper, recorded: {recorded.disorder_parameter:g})"
     panels.remark(trace, "\n".join([speed(data[film]), disorder, small]))
     names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
-        length = 0.0 if spectrum is None else spectrum.end_s - spectrum.begin_s
-        if name == SMALL and length <= LASTING_S:
-            words = (
-                f"The model does not alternate here: no stretch of small amplitude of "
-                f"{LASTING_S:.0f} s or more in {recording.observed_s:.0f} s. The longest has "
-                f"{length:.0f} s."
-            )
-            panels.note(axes, words, width=22)
+        lasts = spectrum and (name != SMALL or spectrum.end_s - spectrum.begin_s > LASTING_S)
+        if not lasts:
+            panels.note(axes, f"no stretch of {name} amplitude lasts {LASTING_S:.0f} s here")
             axes.set(xticks=[], yticks=[])
-        elif spectrum is None:
-            panels.note(axes, f"no stretch of {name} amplitude")
-        else:
-            draw_spectrum(axes, spectrum, name)
-            if name == SMALL:
-                _draw_multiples(axes, spectrum, recording.interval_s)
+            continue
+        draw_spectrum(axes, spectrum, name)
+        if name == SMALL:
+            _draw_multiples(axes, spectrum, recording.interval_s)
 
 
 def _draw_multiples(axes, spectrum, interval_s):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
     with panels.shortage_on(axes, place=(0.3, 0.85)):
-        seen = BAND_HZ[0], HIGHEST_HZ
-        peaks = lines(spectrum.x_m, interval_s, band_hz=seen).peaks_hz
-        peaks_listed = "peaks (Hz): " + (", ".join(f"{peak:.2f}" for peak in peaks) or "none")
-        words = textwrap.wrap(peaks_listed, _LETTERS)
-        peaks = peaks[peaks <= BAND_HZ[1]]  # those that are judged
+        peaks = lines(spectrum.x_m, interval_s).peaks_hz
+        words = [f"{peaks.size} peaks"]
         if peaks.size >= LEAST_PEAKS:
             best = spacing(peaks)
             for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
@@ -205,12 +191,15 @@ def fig01(data):
     axes.add_patch(Rectangle((-0.2, -0.55), 0.2, 1.5, **wall))
     axes.plot([0, 0], [-0.55, 0.95], color="black", linewidth=1.4)
     _draw_belt(axes, 0.25, _APART * N_BLOCKS + 0.95)
-    end = 0.0
+    end, side = 0.0, _BLOCK / 2
     for number in range(1, N_BLOCKS + 1):
         last = _APART * number
-        _draw_spring(axes, end, last - _BLOCK / 2)
-        _draw_block(axes, last, *(("0.25", "white") if number < N_BLOCKS else ("white", "black")))
-        end = last + _BLOCK / 2
+        _draw_spring(axes, end, last - side)
+        colour, ink = ("0.25", "white") if number < N_BLOCKS else ("white", "black")
+        look = {"facecolor": colour, "edgecolor": "black", "linewidth": 1.2}
+        axes.add_patch(Rectangle((last - side, 0.02), _BLOCK, _BLOCK, **look))
+        axes.text(last, side, "$m$", ha="center", va="center", size=8, color=ink)
+        end = last + side
     axes.text(0.5, 0.55, "$k$", ha="center", size=8)
     height = _BLOCK + 0.42
     axes.plot([last] * 2, [_BLOCK + 0.05, height + 0.1], "k:", linewidth=0.8)
@@ -230,21 +219,14 @@ def _draw_belt(axes, begin, end):
     for place in np.linspace(begin + 2 * _ROLLER, end - 2 * _ROLLER, 6):
         centre = (place, -_ROLLER)
         axes.add_patch(Circle(centre, 0.72 * _ROLLER, facecolor="white", edgecolor="0.35"))
-        axes.add_patch(Circle(centre, 0.03, color="0.35"))
     _arrow(axes, (end - 0.12, 0.22), (end + 0.62, 0.22), style.VERMILION)
     axes.text(end + 0.25, 0.32, "$u$", ha="center", size=9, color=style.VERMILION)
 
 
-def _draw_block(axes, place, colour, ink):
-    look = {"facecolor": colour, "edgecolor": "black", "linewidth": 1.2}
-    axes.add_patch(Rectangle((place - _BLOCK / 2, 0.02), _BLOCK, _BLOCK, **look))
-    axes.text(place, _BLOCK / 2, "$m$", ha="center", va="center", size=8, color=ink)
-
-
-def _draw_spring(axes, begin, end, *, turns=6):
+def _draw_spring(axes, begin, end):
     lead = 0.15 * (end - begin)
-    along = np.linspace(begin + lead, end - lead, 40 * turns)
-    wave = _BLOCK / 2 + 0.1 * np.sin(np.linspace(0, 2 * np.pi * turns, along.size))
+    along = np.linspace(begin + lead, end - lead, 240)
+    wave = _BLOCK / 2 + 0.1 * np.sin(np.linspace(0, 12 * np.pi, along.size))
     height = [_BLOCK / 2, *wave, _BLOCK / 2]
     axes.plot([begin, *along, end], height, color=style.BLUE, linewidth=0.8)
 
@@ -375,9 +357,6 @@ def fig05(data):
     """a: x_5(t); b: the spectrum of all of it; c: a minute of it."""
     figure, (above, below, enlarged) = _page(4.4, "a;b;c")
     _draw_film(above, (below,), data, "belt_022")
-    longest = measure.longest_slip_of_all_s(data["belt_022"])
-    words = f"all blocks slip at once for {longest:.2g} s at most (paper: over 60 s)"
-    panels.remark(above, f"{above.get_title(loc='right')}\n{words}")
     track = data["belt_022_track"]
     middle = (track.time_s[0] + track.time_s[-1]) / 2
     window = middle - _ENLARGED_S / 2, middle + _ENLARGED_S / 2
@@ -388,7 +367,7 @@ def fig05(data):
 
 # --- Not in the paper: what trials of its length say about the recordings of the experiment -------
 
-_LINES = 4  # most friction ratios shown as lines
+_LINES = 4  # most friction ratios that are shown: the printed one, and larger ones
 _SPEED_COLOURS = (style.BLUE, style.VERMILION)
 
 
@@ -423,7 +402,10 @@ def _draw_alternation(axes, table):
     """Share of alternating trials of all noises against u, a line for each friction ratio."""
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share with both regimes", ylim=(-0.03, 1.03))
     counts = table.groupby(["friction_ratio", "belt_velocity"])[["alternating", "runs"]].sum()
-    for index, ratio in enumerate(_shown(table["friction_ratio"].unique())):
+    ratios = np.unique(table["friction_ratio"])
+    ratios = ratios[ratios > measure.FRICTION_RATIO - 1e-9]
+    shown = np.unique(np.linspace(0, ratios.size - 1, _LINES).round().astype(int))
+    for index, ratio in enumerate(ratios[shown]):
         velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
         middle, low, high = np.transpose([estimates.share(*row).numbers for row in rows])
         look = style.line_style(index) | {"label": f"{ratio:g}", "markersize": 3}
@@ -431,9 +413,3 @@ def _draw_alternation(axes, table):
     for observation, colour in zip(measure.EXPERIMENT, _SPEED_COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
     axes.legend(loc="lower right", title="$f_s$", handlelength=1.8)
-
-
-def _shown(ratios):
-    """The printed friction ratio and the larger ones, at most some, evenly spread."""
-    larger = np.sort(ratios[ratios > measure.FRICTION_RATIO - 1e-9])
-    return larger[np.unique(np.linspace(0, larger.size - 1, _LINES).round().astype(int))]

@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 
 from beltrepro.base.errors import require
-from beltrepro.model.units import TIME_S, from_si, to_si
+from beltrepro.model.units import from_si, to_si
 from beltrepro.replication.camera.recording import LASTING_S, analyse
 from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
 from beltrepro.replication.plan.registry import Table
+from beltrepro.replication.verdicts.evidence import by_point
 from beltrepro.stats.estimates import share
-from beltrepro.stats.states import slips_of_all
 
 TABLES = {
     "alternation": Table(uses=("trials_free",)),
@@ -54,7 +54,6 @@ class Observation:
 
     @property
     def belt_velocity(self) -> float:
-        """Speed of the belt in model units."""
         return from_si(self.speed_m_s, "velocity")
 
 
@@ -83,9 +82,9 @@ def agrees(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.nda
     return (distance <= TOLERANCE) & shows(observation, arrays)
 
 
-def at_speed(observation: Observation, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which trials have the belt velocity of a recording."""
-    return np.isclose(arrays["belt_velocity"], observation.belt_velocity, rtol=ALIKE, atol=0)
+def at_speed(speed_m_s: float, runs: Mapping[str, np.ndarray]) -> np.ndarray:
+    velocity = from_si(speed_m_s, "velocity")
+    return np.isclose(runs["belt_velocity"], velocity, rtol=ALIKE, atol=0)
 
 
 def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -95,28 +94,16 @@ def alternates(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
 
 # --- trials of the length of the recordings -------------------------------------------------------
 
-_POINT = ["noise", "friction_ratio", "belt_velocity"]
-
 
 def alternation(data) -> pd.DataFrame:
     """A row for each noise, friction ratio and belt velocity."""
-    arrays = data["trials_free"].arrays
-    names = (*_POINT, "lasting_share", "disorder_parameter")
-    runs = pd.DataFrame({name: arrays[name] for name in names})
-    runs["alternates"] = alternates(arrays)
-    runs["slip_s"] = to_si(arrays["all_slip_longest"], "time")
-    runs["slips"] = runs["slip_s"] >= EXPERIMENT[0].lasting_s
-    rows = runs.groupby(_POINT)
-    table = pd.DataFrame({"runs": rows.size(), "alternating": rows["alternates"].sum()})
-    shares = [share(*counts).numbers for counts in table[["alternating", "runs"]].to_numpy()]
-    table[["share", "share_lower", "share_upper"]] = np.reshape(shares, (-1, 3))
-    others = rows.agg(
-        lasting_share=("lasting_share", "mean"),
-        all_slip_longest_s=("slip_s", "max"),
-        all_slip=("slips", "sum"),
-        r=("disorder_parameter", "median"),
-    )
-    return table.join(others).reset_index()
+    arrays, rows = data["trials_free"].arrays, []
+    for place, trials in by_point(arrays, "noise", "friction_ratio", "belt_velocity"):
+        slip_s = to_si(arrays["all_slip_longest"][trials], "time")
+        row = place | {"runs": trials.size, "alternating": alternates(arrays)[trials].sum()}
+        row |= {"all_slip_longest_s": slip_s.max()}
+        rows.append(row | {"all_slip": np.sum(slip_s >= EXPERIMENT[0].lasting_s)})
+    return pd.DataFrame(rows)
 
 
 def experiment_odds(data) -> pd.DataFrame:
@@ -126,7 +113,7 @@ def experiment_odds(data) -> pd.DataFrame:
         arrays, attributes = data[name].arrays, data[name].attributes
         length = to_si(attributes["duration"] - attributes["transient"], "time")
         for observation in EXPERIMENT:
-            here = at_speed(observation, arrays)
+            here = at_speed(observation.speed_m_s, arrays)
             for noise in (*np.unique(arrays["noise"][here]), np.nan):
                 chosen = here if np.isnan(noise) else here & (arrays["noise"] == noise)
                 trials = {key: values[chosen] for key, values in arrays.items()}
@@ -138,9 +125,8 @@ def experiment_odds(data) -> pd.DataFrame:
 
 def _odds(observation, trials) -> dict:
     """What the trials of one recording at one noise say together."""
-    disorder = disorder_along_tape(trials)
+    disorder, shown = disorder_along_tape(trials), shows(observation, trials)
     below = disorder <= observation.disorder_parameter
-    shown = shows(observation, trials)
     lower, median, upper = np.quantile(disorder, [0.025, 0.5, 0.975])
     row = {
         "runs": disorder.size,
@@ -149,13 +135,11 @@ def _odds(observation, trials) -> dict:
         "r_lower": lower,
         "r_upper": upper,
         "r_least": disorder.min(),
-        "lasting_share": trials["lasting_share"].mean(),
         "lasting_longest_s": to_si(trials["lasting_longest"].max(), "time"),
         "all_slip_longest_s": to_si(trials["all_slip_longest"].max(), "time"),
     }
     for name, having in {
         "below": below,
-        "alternates": alternates(trials),
         "shows": shown,
         "agrees": agrees(observation, trials),
         "both": below & shown,
@@ -218,7 +202,6 @@ def _recording_row(data, film):
         "noise": run.attributes["noise"],
         "seconds": true.size * interval,
         "frames_per_second": 1 / interval,
-        "frames": len(track.time_s),
         "r_run": float(run.arrays["disorder_parameter"]),
         "r_sampled": sampled.disorder_parameter,
         "r_tracked": tracked.disorder_parameter,
@@ -229,16 +212,7 @@ def _recording_row(data, film):
         "offset": error.offset / pixel,
         "scatter": error.scatter / pixel,
         "largest": error.largest / pixel,
-        "scale": error.scale,
-        "metres_per_pixel": pixel,
     }
-
-
-def longest_slip_of_all_s(run) -> float:
-    """Longest time in seconds for which all blocks of a run slip at once."""
-    time, velocities, events = (run.arrays[name] for name in ("time", "velocities", "events"))
-    spans = slips_of_all(time, velocities - run.attributes["belt_velocity"], events)
-    return TIME_S * float(np.diff(spans, axis=1).max(initial=0.0))
 
 
 # --- what the report says -------------------------------------------------------------------------
@@ -247,13 +221,11 @@ TRIALS_TOLD_BY = ("experiment_odds", "alternation")
 
 
 def of_recordings(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    """Rows of the recordings."""
     table = tables["recordings"]
     return {"recordings": table.to_dict("records"), "rate": table["frames_per_second"].iloc[0]}
 
 
 def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    """Numbers of the sentences on trials, and rows of tables."""
     odds, free = (tables[name] for name in TRIALS_TOLD_BY)
     together = odds[odds["noise"].isna()]
     return {
@@ -277,8 +249,9 @@ def _alternating(table: pd.DataFrame) -> list[dict]:
     rows = []
     printed = table[np.isclose(table["friction_ratio"], FRICTION_RATIO)]
     for noise, points in printed.groupby("noise"):
-        velocity = points.loc[points["share"] >= 0.5, "belt_velocity"]
-        row = {"noise": noise, "runs": points["runs"].min(), "most": points["share"].max()}
+        share_there = points["alternating"] / points["runs"]
+        velocity = points.loc[share_there >= 0.5, "belt_velocity"]
+        row = {"noise": noise, "runs": points["runs"].min(), "most": share_there.max()}
         row |= {"u": _span(velocity, ".3g"), "m_s": _span(to_si(velocity, "velocity"), ".2f")}
         rows.append(row)
     return rows

@@ -22,25 +22,24 @@ FIGURES = {
 
 @panels.draws(FIGURES)
 def agreement_disorder(data):
-    """a: mean r of both against u; b: difference in standard errors; c: p-values in order."""
+    """a: mean r of both against u; b: difference in standard errors."""
     table = data["agreement"]
     rows = table[table["quantity"] == measure.DISORDER]
-    figure, (left, middle, right) = panels.page(3.8, "aa;bc")
+    figure, (above, below) = panels.page(3.8, "a;b", height_ratios=(1.3, 1))
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
         velocity, look = curve["belt_velocity"], style.line_style(index)
-        left.plot(velocity, curve["mean_reference"], color=look["color"], linewidth=0.9)
+        above.plot(velocity, curve["mean_reference"], color=look["color"], linewidth=0.9)
         bars = {"fmt": "x", "color": look["color"], "markersize": 4, "elinewidth": 0.8}
         points = velocity, curve["mean_tested"], curve["error_tested"]
-        left.errorbar(*points, label=rf"$\sigma = {noise:g}$", **bars)
+        above.errorbar(*points, label=rf"$\sigma = {noise:g}$", **bars)
         look |= {"markersize": 3.5, "linestyle": "none"}
-        middle.plot(velocity, curve["z"], **look)
-    left.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.DISORDER)
-    left.set_ylim(bottom=0)
-    panels.legend_above(left, ncols=len(curves))
-    middle.set(xlabel=panels.BELT_VELOCITY, ylabel="difference / standard error")
-    _limits(middle, len(rows))
-    _p_values(right, rows)
+        below.plot(velocity, curve["z"], **look)
+    above.set(ylabel=panels.DISORDER)
+    above.set_ylim(bottom=0)
+    panels.legend_above(above, ncols=len(curves))
+    below.set(xlabel=panels.BELT_VELOCITY, ylabel="difference / standard error")
+    _limits(below, len(rows))
     return figure
 
 
@@ -51,16 +50,6 @@ def _limits(axes, count):
     for side in (-limit, limit):
         axes.axhline(side, color=style.GREY, linewidth=0.8, linestyle="--")
     axes.set_ylim(-1.35 * limit, 1.35 * limit)
-
-
-def _p_values(axes, rows):
-    axes.plot([0, 1], [0, 1], color=style.GREY, linewidth=0.8)
-    for name, label, marker in (("p", "distributions", "o"), ("mean_p", "means", "x")):
-        values = np.sort(rows[name].dropna())
-        share = (np.arange(values.size) + 0.5) / values.size
-        axes.plot(share, values, marker, markersize=3.5, label=label)
-    axes.set(xlabel="expected in order", ylabel="p-value")
-    panels.legend_above(axes, ncols=1)
 
 
 # --- Comparison of integrators: the attractors reached without noise ------------------------------

@@ -26,7 +26,6 @@ TABLES = {
         ),
         on_top=True,
     ),
-    "families": Table(uses=("agreement",)),
 }
 
 DISORDER = "disorder parameter r"
@@ -44,9 +43,10 @@ VERDICTS = (AGREE, CLOSE, DIFFER, UNKNOWN)
 _POINT = ["n_blocks", "belt_velocity", "noise"]
 # What tells the families apart: a family is what one quantity gives at all points.
 _FAMILY = ["part", "quantity", "time_step", "initial_spread"]
+_IN_ORDER = {"sort": False, "dropna": False}  # families as they come, those without a step too
 
 
-# --- agreement.csv and families.csv ---------------------------------------------------------------
+# --- agreement.csv --------------------------------------------------------------------------------
 
 
 def agreement(data) -> pd.DataFrame:
@@ -56,31 +56,11 @@ def agreement(data) -> pd.DataFrame:
 
 def judge(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows with corrected_p and verdict; the p of a family are corrected together."""
-    families = rows.groupby(_FAMILY, sort=False, dropna=False)
+    families = rows.groupby(_FAMILY, **_IN_ORDER)
     corrected = families["p"].transform(holm)
     words = map(verdict, corrected, rows["distance"])
     judged = rows.assign(corrected_p=corrected, verdict=list(words))
     return judged.iloc[np.argsort(families.ngroup(), kind="stable")]
-
-
-def families(data) -> pd.DataFrame:
-    """A row for each family: what one quantity gives at all points."""
-    rows = []
-    for key, family in data["agreement"].groupby(_FAMILY, sort=False, dropna=False):
-        counts = {name: (family["verdict"] == name).sum() for name in VERDICTS}
-        measured = family[family["corrected_p"].notna()]
-        rows.append(
-            dict(zip(_FAMILY, key, strict=True))
-            | {"points": len(family), "runs": family["n_reference"].min()}
-            | counts
-            | {
-                "test": family["test"].iloc[0],
-                "smallest_p": measured["corrected_p"].min(),
-                "largest_distance": measured["distance"].max(),
-            }
-            | {side: family[side].iloc[0] for side in ("tested", "reference")}
-        )
-    return pd.DataFrame(rows)
 
 
 def _compared(data) -> Iterator[dict]:
@@ -235,18 +215,13 @@ def _comparison(sides, test: str, p: float, distance: float) -> dict:
     for role, side in zip(("tested", "reference"), sides, strict=True):
         row[f"mean_{role}"] = float(side.mean()) if side.size else np.nan
         row[f"error_{role}"] = float(scipy.stats.sem(side)) if side.size > 1 else np.nan
-    z, mean_p = np.nan, np.nan
+    z = np.nan
     if _enough(sides):
         difference = row["mean_tested"] - row["mean_reference"]
         error = np.hypot(row["error_tested"], row["error_reference"])
-        if error > 0:
-            z, mean_p = difference / error, scipy.stats.ttest_ind(*sides, equal_var=False).pvalue
-        elif difference == 0:  # nothing varies: no test, and nothing to test
-            z = 0.0
-        else:
-            z, mean_p = np.inf * np.sign(difference), 0.0
-    row |= {"z": float(z), "mean_p": float(mean_p), "test": test, "p": float(p)}
-    return row | {"distance": float(distance)}
+        # where nothing varies the means are equal or surely differ
+        z = difference / error if error > 0 else np.inf * difference if difference else 0.0
+    return row | {"z": float(z), "test": test, "p": float(p), "distance": float(distance)}
 
 
 def _permutation_p(counts: np.ndarray) -> float:
@@ -284,7 +259,6 @@ def holm(p) -> np.ndarray:
 
 
 def verdict(corrected_p: float, distance: float) -> str:
-    """What a comparison says in a word."""
     if not np.isfinite(corrected_p):
         return UNKNOWN
     if corrected_p >= LEVEL:
@@ -300,13 +274,11 @@ PARTS = {
     "slips": ("Slips and section points", "pairs_slips_verlet"),
     "attractors": ("Attractors and lifetimes without noise", "pairs_states_verlet"),
 }
-TOLD_BY = ("agreement", "families")
 SHOWN = (DISORDER, STILL_STICKING, FINAL_DISORDER)
 
 
 def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    """Rows of tables, and the numbers of the sentences on what no row can tell."""
-    comparisons, families = (tables[name] for name in TOLD_BY)
+    comparisons = tables["agreement"]
     final = comparisons[comparisons["quantity"] == FINAL_DISORDER]
     final = final[np.isclose(final["time_step"], settings["defaults"]["time_step"])]
     differ = final[final["verdict"] == DIFFER]
@@ -319,6 +291,13 @@ def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
         "parts": {part: title for part, (title, _) in PARTS.items()},
         "lengths": {part: settings["datasets"][name] for part, (_, name) in PARTS.items()},
         "ends": {"points": len(final), "differ": len(differ), "wide": wide},
-        "families": families.to_dict("records"),
+        "families": [_family(rows) for _, rows in comparisons.groupby(_FAMILY, **_IN_ORDER)],
         "comparisons": comparisons[comparisons["quantity"].isin(SHOWN)].to_dict("records"),
     }
+
+
+def _family(rows: pd.DataFrame) -> dict:
+    """What one quantity gives at all points."""
+    counts = {name: (rows["verdict"] == name).sum() for name in VERDICTS}
+    family = rows.iloc[0][[*_FAMILY, "test"]].to_dict() | counts
+    return family | {"runs": rows["n_reference"].min(), "smallest_p": rows["corrected_p"].min()}

@@ -14,7 +14,6 @@ from beltrepro.stats.estimates import all_sure, mean, share, sure
 
 @claim("units")
 def unit_system(evidence):
-    """Time, velocity and force units from the three base units."""
     velocity, force = units.VELOCITY_M_S, units.FORCE_N
     return _sure({"time_s": units.TIME_S, "velocity_m_s": velocity, "force_N": force})
 
@@ -98,19 +97,16 @@ def setup(evidence):
 @claim("no-collisions")
 def no_collisions(evidence):
     """Whether blocks collide in sampled runs by the scheme, and how often in exact ones."""
-    length = units.from_si(evidence.claim.parameters["block_length_m"], "length")
     return {
         "faces, the paper's scheme": partial(_closest, evidence, "verlet"),
         "faces, exact dynamics": partial(_collisions, evidence),
-        "centres, the paper's scheme": partial(_closest, evidence, "verlet", contact=length),
     }
 
 
-def _closest(evidence, method, *, contact=0.0):
-    """The smallest gap in sampled runs by a method."""
+def _closest(evidence, method):
     runs = {name: evidence.dataset(name) for name in evidence.claim.needs if evidence.has(name)}
     gaps = {
-        name: np.diff(run.arrays["positions"], axis=1).min() - contact
+        name: np.diff(run.arrays["positions"], axis=1).min()
         for name, run in runs.items()
         if run.attributes["kind"] == "series" and run.attributes["method"] == method
     }

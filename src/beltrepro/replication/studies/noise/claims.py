@@ -74,7 +74,6 @@ def uc_of_sigma(evidence, quiet):
 
 @claim("uc-sigma22")
 def uc_sigma22(evidence):
-    """Critical velocity at sigma = 2.2, in model units and m/s."""
     fall = _row(evidence, 2.2).fall
     in_si = fall["critical"].scaled(float(to_si(1.0, "velocity")))
     edges = {f"{edge} edge": fall[edge] for edge in ("lower", "upper")}
@@ -83,7 +82,6 @@ def uc_sigma22(evidence):
 
 @claim("windows-vanish", QUIET)
 def windows_vanish(evidence, quiet):
-    """Share of runs in periodic windows against noise."""
     rows = _rows(evidence, quiet)
     shares = {level: measure.share_in_windows(row, rows[1.0]) for level, row in rows.items()}
     return Measurement({f"at sigma = {level:g}": share for level, share in shares.items()})
@@ -228,7 +226,6 @@ def intermittency(evidence, quiet):
 
 @claim("laminar-spectra")
 def laminar_spectra(evidence):
-    """Spectra of laminar and of chaotic stretches at sigma = 2.2."""
     return measure.spectra(evidence, "u17", "u19")
 
 

@@ -58,7 +58,6 @@ def fig13(data):
 
 
 def _printed(axes):
-    """Critical velocities of the paper."""
     axes.set_ylim(top=1.15 * axes.get_ylim()[1])
     place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
     for velocity, words, side in (
@@ -273,20 +272,12 @@ def fig18(data):
 
 
 def _dots(axes, points):
-    """White dots at the ends of the intermittent range at each noise, small ones between them."""
+    """A white dot at each intermittent point."""
     mask = states.intermittent_mask(points)
-    if not mask.any():
-        panels.remark(axes, "no point is intermittent")
-        return
-    panels.remark(axes, "white: motion alternates")
-    velocity, noise = points["belt_velocity"][mask], points["noise"][mask]
-    ends = np.zeros(velocity.size, dtype=bool)
-    for level in np.unique(noise):
-        here = velocity[noise == level]
-        ends |= (noise == level) & ((velocity == here.min()) | (velocity == here.max()))
-    look = {"color": "white", "markeredgecolor": "black", "clip_on": False}
-    axes.plot(velocity[~ends], noise[~ends], ".", markersize=1.2, color="white")
-    axes.plot(velocity[ends], noise[ends], "o", markersize=3.2, markeredgewidth=0.5, **look)
+    panels.remark(axes, "white: motion alternates" if mask.any() else "no point is intermittent")
+    look = {"color": "white", "markeredgecolor": "black", "markersize": 2.4}
+    place = points["belt_velocity"][mask], points["noise"][mask]
+    axes.plot(*place, "o", markeredgewidth=0.4, clip_on=False, **look)
 
 
 def _shares(axes, scan):
@@ -304,5 +295,3 @@ def _shares(axes, scan):
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
     panels.legend_above(axes)
-    if not noises:
-        panels.note(axes, "no run with five blocks")

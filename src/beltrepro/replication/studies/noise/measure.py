@@ -86,7 +86,6 @@ def scatter_ratio(first: Cut, second: Cut) -> Estimate:
 
 
 def _runs_by_velocity(row: Cut) -> dict[float, np.ndarray]:
-    """R of the runs at each u in 3 <= u <= 15."""
     places = np.unique(row.belt_velocity[row.between(*RANGE)])
     require(places.size >= 4, f"{places.size} belt velocities in 3 <= u <= 15, 4 are needed")
     return {float(u): row.disorder[np.isclose(row.belt_velocity, u)] for u in places}

@@ -118,9 +118,6 @@ def _last_sticks(axes, scan, laminar_time):
     velocity, transient = row["belt_velocity"], float(scan.attributes["transient"])
     duration = float(scan.attributes["duration"])
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / length of run", ylim=(-0.05, 1.12))
-    if not velocity.size:
-        panels.note(axes, f"no run with N = {N_BLOCKS}")
-        return
     # a run that never sticks after the transient has none
     last = np.where(np.isfinite(row["last_stick_time"]), row["last_stick_time"], transient)
     lasting = last > duration - laminar_time

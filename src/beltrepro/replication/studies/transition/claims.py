@@ -22,7 +22,6 @@ LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in
 
 @claim("u7-periodic", SETTLING)
 def u7_periodic(evidence, names):
-    """Where runs at u = 7 end."""
     runs = settling(evidence, names)
     return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
 
@@ -66,7 +65,6 @@ def _transients(evidence, name, **where):
 
 
 def _at(arrays, **where):
-    """Runs with these values."""
     chosen = np.all([np.isclose(arrays[name], value) for name, value in where.items()], axis=0)
     words = ", ".join(f"{name} = {value:g}" for name, value in where.items())
     require(chosen.sum() >= 4, f"{chosen.sum()} runs with {words}, 4 are needed")
@@ -199,7 +197,6 @@ def time_to_last_stick(evidence):
 
 @claim("transient-lifetime", EXACT)
 def time_to_settle(evidence):
-    """Mean time until the motion settles."""
     spread = evidence.claim.parameters["initial_spread"]
     return _lifetimes(evidence, measure.until_settled(evidence.dataset("survival"), spread))
 

@@ -10,7 +10,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.replication.verdicts.motions import N_BLOCKS
-from beltrepro.stats import motion, sections
+from beltrepro.stats import sections
 
 FIGURES = {
     "fig11": Figure(uses=("u20",), number="11"),
@@ -19,7 +19,6 @@ FIGURES = {
             "n5_rows",
             "n5_rows_check",
             "n5_replicates_check",
-            "motion_map",
             "lifetimes_wide",
             "survival",
         ),
@@ -71,28 +70,20 @@ def fig11(data):
     ):
         panels.trace(axes, time, values, ylabel=label)
         enlarged.set(xlabel=panels.TIME, ylabel=label)
-        if time.size:
-            panels.zoom(axes, enlarged, time, values, (time[-1] - length, time[-1]))
-            axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
-            if end < time[-1] - length:
-                axes.axvline(end, color=style.VERMILION, linestyle="--")
-        else:
-            panels.note(enlarged, "no samples")
+        panels.zoom(axes, enlarged, time, values, (time[-1] - length, time[-1]))
+        axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
+        if end < time[-1] - length:
+            axes.axvline(end, color=style.VERMILION, linestyle="--")
     below.set_xlabel(panels.TIME)
-    if time.size:
-        sticks = last_stick > time[-1] - length
-        words = f"last stick at $t$ = {last_stick:.0f}, no period found"
-        if orbit:
-            words = f"periodic from $t$ = {end:.0f} on, period {period:.1f}"
-        elif sticks:
-            words = "no end of the transient in this series"
-        panels.remark(above, words)
-        ours = (
-            "goes on sticking; in the paper it only slips"
-            if sticks
-            else "only slips, as in the paper"
-        )
-        panels.remark(below, f"the last block {ours}")
+    sticks = last_stick > time[-1] - length
+    words = f"last stick at $t$ = {last_stick:.0f}, no period found"
+    if orbit:
+        words = f"periodic from $t$ = {end:.0f} on, period {period:.1f}"
+    elif sticks:
+        words = "no end of the transient in this series"
+    panels.remark(above, words)
+    ours = "goes on sticking (paper: only slips)" if sticks else "only slips, as in the paper"
+    panels.remark(below, f"last block: {ours}")
     return figure
 
 
@@ -101,23 +92,13 @@ def fig11(data):
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
-COLOURS = {
-    motion.PERIODIC: style.SKY,
-    motion.QUASI_PERIODIC: style.GREEN,
-    motion.EQUILIBRIUM: style.GREY,
-    motion.TRANSIENT: style.ORANGE,
-    motion.CHAOTIC: style.VERMILION,
-    motion.NOISE_DRIVEN: style.PURPLE,
-}
-LEAST_RANGE = (-0.0005, 0.002)  # of exponents on an axis
-_MARKERS = {motion.CHAOTIC: "o", motion.TRANSIENT: "^"}  # the rest, regular, are squares
 
 
 @panels.draws(FIGURES)
 def fig12(data):
-    """a: v_N at the section; b: r; c: mean lifetimes; d: largest exponent. Against u, no noise."""
-    figure, (top, disorder, lifetimes, bottom) = panels.page(
-        5.4, "a;b;c;d", sharex=True, height_ratios=(1.5, 1.3, 0.9, 0.8)
+    """a: v_N at the section; b: r; c: mean lifetimes. Against u, without noise."""
+    figure, (top, disorder, lifetimes) = panels.page(
+        4.6, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
     )
     row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=0.0)
     panels.band_diagram(top, row, size=2.0)
@@ -126,10 +107,7 @@ def fig12(data):
     panels.remark(top, panels.section_name(row))
     _disorder(disorder, data)
     _lifetimes(lifetimes, data)
-    lifetimes.set_ylabel(r"$\tau$")
-    _exponents(bottom, data["motion_map"].arrays)
-    panels.legend_above(bottom)
-    bottom.set(xlabel=panels.BELT_VELOCITY, ylabel=r"$\lambda_1$", xlim=(0, None))
+    lifetimes.set(xlabel=panels.BELT_VELOCITY, ylabel=r"$\tau$", xlim=(0, None))
     figure.align_ylabels()
     return figure
 
@@ -205,40 +183,14 @@ def _means(ends_of):
     return np.array(rows).reshape(-1, 4).T
 
 
-def _exponents(axes, arrays):
-    """Largest exponent of each run of five blocks against u, coloured by its motion."""
-    arrays = sections.select(arrays, arrays["n_blocks"] == N_BLOCKS)
-    axes.axhline(0, color="0.5", linewidth=0.6, zorder=0)
-    for state, colour in COLOURS.items():
-        runs = sections.select(arrays, arrays["state"].astype(str) == state)
-        points = [runs[n] for n in ("belt_velocity", "largest_exponent", "standard_error")]
-        if points[0].size:
-            look = {"fmt": _MARKERS.get(state, "s"), "color": colour, "markersize": 2.4}
-            axes.errorbar(*points, markeredgewidth=0, elinewidth=0.5, label=state, **look)
-    if not arrays["n_blocks"].size:
-        panels.note(axes, f"no run with N = {N_BLOCKS}")
-    low, high = axes.get_ylim()
-    axes.set_ylim(min(low, LEAST_RANGE[0]), max(high, LEAST_RANGE[1]))
-
-
 # --- Not in the paper as a figure: the critical velocity against noise and number of blocks -------
 
 NOISES = (0.0, 1.0)  # shown in b
-# Label, colour, marker and shift of each dataset; the claim, its variant and the names of its
-# estimates that have the same numbers.
+# Of each dataset: label, colour, marker and shift in a.
 LOOKS = {
-    "n5_replicates": (
-        *("exact motion", style.BLUE, "o", 0.0),
-        *("uc-of-sigma", "exact dynamics", "u_c({:g})"),
-    ),
-    "n5_replicates_check": (
-        *("scheme of the paper", style.VERMILION, "s", 0.08),
-        *("u-critical", "", "critical"),
-    ),
-    "n5_replicates_wide": (
-        *("scheme, wide starts", style.ORANGE, "^", 0.16),
-        *("u-critical", "wider starts", "critical"),
-    ),
+    "n5_replicates": ("exact motion", style.BLUE, "o", 0.0),
+    "n5_replicates_check": ("scheme of the paper", style.VERMILION, "s", 0.08),
+    "n5_replicates_wide": ("scheme, wide starts", style.ORANGE, "^", 0.16),
 }
 
 
@@ -259,15 +211,18 @@ def critical_velocity(data):
 
 
 def _against_noise(axes, table):
-    for name, (label, colour, marker, shift, claim, variant, estimate) in LOOKS.items():
+    for name, (label, colour, marker, shift) in LOOKS.items():
         rows = table[table["dataset"] == name]
         points = _points(axes, rows["noise"] + shift, rows, label, color=colour, marker=marker)
-        if points:
+        if points and name == "n5_replicates":
             noises = rows["noise"][rows["critical"].notna()]
-            panels.shows(points, claim, *map(estimate.format, noises), variant=variant)
+            names = map("u_c({:g})".format, noises)
+            panels.shows(points, "uc-of-sigma", *names, variant="exact dynamics")
+        elif points:
+            variant = "wider starts" if name.endswith("wide") else ""
+            panels.shows(points, "u-critical", "critical", variant=variant)
     values = printed("u-critical"), printed("uc-sigma22")["u_c"]
     axes.plot((0.0, 2.2), values, "x", color=style.BLACK, markersize=7, label="paper")
-    _say_none(axes, table[table["dataset"] == "n5_replicates"], "noise", r"$\sigma$")
 
 
 def _against_size(axes, table):
@@ -279,7 +234,6 @@ def _against_size(axes, table):
     for n_blocks, region in ((int(n), ends) for n, ends in printed("transition-width").items()):
         label = "paper, region" if n_blocks == N_BLOCKS else None
         axes.plot([n_blocks + 0.3] * 2, region, "_-", color=style.BLACK, linewidth=0.9, label=label)
-    _say_none(axes, table[table["noise"].isin(NOISES)], "n_blocks", "$N$")
 
 
 def _points(axes, place, rows, label, **look):
@@ -292,12 +246,3 @@ def _points(axes, place, rows, label, **look):
     how = {"linestyle": "none", "markersize": 4, "elinewidth": 1.0, "capsize": 2}
     reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
     return axes.errorbar(place, rows["critical"], reach, label=label, **how, **look)
-
-
-def _say_none(axes, rows, quantity, symbol):
-    """Words for the values of a quantity at which r falls nowhere."""
-    values = [value for value, same in rows.groupby(quantity) if same["critical"].isna().all()]
-    if values:
-        words = ", ".join(f"{value:g}" for value in values)
-        place = {"transform": axes.transAxes, "ha": "left", "va": "top"}
-        axes.text(0.02, 0.97, f"no fall by half at {symbol} = {words}", **place)

@@ -134,8 +134,6 @@ def settled_orbit(
     States are compared where the last block crosses its median position downwards, interpolated
     linearly.
     """
-    if not len(time):
-        return None
     end = slice(-(len(time) // 4) or None, None)
     last, level = positions[:, -1], np.median(positions[end, -1])
     before = np.flatnonzero((last[:-1] > level) & (last[1:] <= level))
