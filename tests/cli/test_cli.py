@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -117,8 +118,9 @@ def test_scan_takes_lists_and_ranges(command, tmp_path):
 # --- film, track, analyse ---
 
 
-def test_a_chain_is_filmed_tracked_and_analysed(command, tmp_path):
-    movie, table, picture = (tmp_path / name for name in ("a.mp4", "a.csv", "a.png"))
+def test_a_chain_is_filmed_tracked_and_analysed(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    movie, table, picture = (Path(name) for name in ("a:b.mp4", "a.csv", "a.png"))
     chain = {"n_blocks": 2, "belt_velocity": 15, "duration": 160, "transient": 60}
     filmed, _ = command("film", "--json", output=movie, dropped=0.02, **chain)
     assert filmed["seconds"] == pytest.approx(100 * 0.0765, abs=0.1)

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 
 from beltrepro.base import checks, names, reading
+from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.camera.recording import LONGEST_GAP, stretches
 from beltrepro.replication.camera.video import read_video
@@ -59,7 +60,7 @@ class Track:
         """Write the track as CSV: a line of settings that begins with #, and two columns."""
         settings = about | {name: getattr(self, name) for name in _SETTINGS}
         settings["lost_s"] = self.lost_s.tolist()
-        with Path(path).open("w", encoding="utf-8") as file:
+        with replacing(path) as part, part.open("w", encoding="utf-8") as file:
             file.write(f"# {json.dumps(settings)}\n{','.join(_NEEDED)}\n")
             np.savetxt(file, np.column_stack([self.time_s, self.x_m]), delimiter=",", fmt="%.9g")
 

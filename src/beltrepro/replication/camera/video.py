@@ -46,7 +46,8 @@ def write_video(
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
     stream, count = None, 0
-    with replacing(path) as part, av.open(str(part), "w") as container:
+    # "file:", as FFmpeg takes the "a:" of a name for a protocol
+    with replacing(path) as part, av.open(f"file:{part}", "w") as container:
         for time_s, picture in frames:
             frame = _to_be_written(picture)
             if stream is None:
@@ -77,7 +78,7 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     reading.opened(path).close()  # one line for what is no file
     first, last, to_grey = math.nan, -math.inf, VideoReformatter()
     is_whole, count, left_out, announced = True, 0, [], 0.0
-    with suppress(av.FFmpegError), av.open(str(path)) as container:
+    with suppress(av.FFmpegError), av.open(f"file:{path}") as container:
         announced = _seconds(container)
         for frame in _decoded(container):
             if frame is None:
