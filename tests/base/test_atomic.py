@@ -1,5 +1,6 @@
 """Files appear whole or not at all: kills, failures and a full disk."""
 
+import os
 import subprocess
 import sys
 
@@ -31,6 +32,18 @@ def test_a_file_appears_when_it_is_complete(tmp_path):
         assert unfinished.suffix == path.suffix
     assert path.read_text() == "all of it"
     assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_file_is_on_the_disk_before_it_has_its_name_and_then_its_name_is(tmp_path, monkeypatch):
+    path, flushed = tmp_path / "a.txt", []
+
+    def fsync(descriptor):
+        flushed.append((os.fstat(descriptor).st_ino, path.exists()))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    with replacing(path) as unfinished:
+        unfinished.write_text("all of it")
+    assert flushed == [(path.stat().st_ino, False), (tmp_path.stat().st_ino, True)]
 
 
 def test_a_failure_leaves_the_earlier_file(tmp_path):

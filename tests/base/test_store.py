@@ -44,6 +44,13 @@ def test_what_is_written_comes_back_and_the_same_content_has_the_same_bytes(tmp_
         np.testing.assert_array_equal(dataset.arrays[name], array)
 
 
+def test_checksums_tell_type_shape_and_bits_apart():
+    array = np.zeros((2, 4))
+    others = [array.astype("i8"), array.astype("f4"), array.reshape(4, 2), -array, EVENTS]
+    checksums = {store.checksum(one) for one in [array, *others]}
+    assert len(checksums) == 6 and store.checksum(array.T.copy().T) in checksums
+
+
 @pytest.fixture
 def version_of(tmp_path, monkeypatch):
     """The version that a tree with the package in src/beltrepro has now, and the tree."""

@@ -168,6 +168,17 @@ def test_weakening_noise_is_left_to_the_scheme():
     assert abs(run.energy_residual) < 1e-3 and len(run.events) > 5
 
 
+def test_noise_weakens_with_the_speed_as_friction_does():
+    """A free block that slips at the velocity at which friction has fallen by half."""
+    free = {"stiffness": 1e-6, "rest_length": 1e4, "weakening_velocity": 1000.0}
+    chain = ChainParameters(1, 1000.0, 0.5, **free)
+    start = ChainState.in_motion(chain, [1e4], [0.0])
+    runs = simulate(chain, replicate=range(400), duration=2.0, method="verlet", initial_state=start)
+    ends = np.array([run.final_state.velocities[0] for run in runs])
+    power = (0.45 * 0.5 / 2) ** 2 * 0.001
+    assert ends.var() / (2.0 * power) == pytest.approx(1.0, abs=4 * math.sqrt(2 / 400))
+
+
 def test_thresholds_are_drawn_about_the_mean_of_each_block():
     chain = ChainParameters(3, 10.0, 2.0, **DISORDER)
     states = [ChainState.at_rest(chain, replicate=number) for number in range(500)]

@@ -48,6 +48,16 @@ def test_blocks_that_meet_stop_the_run_where_they_do(n_blocks, belt_velocity, no
         assert time_of(message) == pytest.approx(meeting, abs=0.005)
 
 
+def test_blocks_meet_where_their_own_spring_has_no_length():
+    chain = ChainParameters(3, 40.0, rest_length=(80.0, 50.0, 1.0))
+    times = []
+    for method in METHODS:
+        message = failure(chain, duration=60.0, method=method)
+        assert "blocks 2 and 3 meet at" in message
+        times.append(time_of(message))
+    assert times[0] == pytest.approx(times[1], abs=0.005)
+
+
 def test_a_step_too_long_for_stiff_springs_is_told_as_such():
     stiff = {"compression_rate": 50, "extension_rate": 2, "linear_limit": 1}
     chain = ChainParameters(5, 40.0, **stiff)

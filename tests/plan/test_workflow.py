@@ -20,6 +20,7 @@ from beltrepro.cli import app as cli
 from beltrepro.replication.plan import lock, registry, scripting
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import Plan, make_plan
+from beltrepro.replication.plan.workflow import Workflow
 from interruptions import copy_of_project
 
 ROOT = Path(__file__).parents[2]
@@ -77,6 +78,15 @@ def finished(tree):
 
 
 # --- targets ---
+
+
+def test_claims_of_another_run_are_those_here_or_else_those_published(tmp_path, monkeypatch):
+    for folder in ("docs/results/full", "docs/results/short", "results/full", "results/smoke"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "claims.csv").touch()
+    monkeypatch.chdir(tmp_path)
+    flow = Workflow(CONFIG | {"preset": "smoke"})
+    assert flow.compared() == ["results/full/claims.csv", "docs/results/short/claims.csv"]
 
 
 def test_every_target_dry_runs_in_the_folder_of_the_run(tree):

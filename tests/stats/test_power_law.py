@@ -39,6 +39,10 @@ def test_values_that_repeat_within_chains_are_worth_less():
     repeated = laws.independent_values(np.repeat(rng.normal(size=200), 10), chain)
     assert 120 < repeated < 330
     assert laws.independent_values(np.ones(2000), chain) == 50
+    # one value that is a chain by itself is far from the mean by chance
+    longer, values = np.append(np.repeat(np.arange(9), 100), 9), rng.normal(size=901)
+    values[-1] = 3.0
+    assert laws.independent_values(values, longer) > 300
 
 
 @pytest.mark.thorough

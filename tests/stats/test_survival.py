@@ -66,6 +66,14 @@ def test_without_an_end_there_is_a_lower_limit_only():
     assert np.exp(-1000 / estimate.low) ** 16 == pytest.approx(0.025)
 
 
+def test_the_interval_of_one_end_by_hand():
+    """At the longest mean lifetime some run ends, at the shortest one at most, in 2.5 of 100."""
+    estimate = survival.mean_lifetime(np.full(16, 1000.0), np.arange(16) == 0)
+    assert 1 - np.exp(-16000 / estimate.high) == pytest.approx(0.025)
+    expected = 16000 / estimate.low
+    assert (1 + expected) * np.exp(-expected) == pytest.approx(0.025)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize(("runs", "duration"), [(5, 1.0), (16, 0.1), (16, 0.5), (16, 3.0), (64, 1)])
 def test_each_end_of_the_interval_is_wrong_in_at_most_25_of_1000(runs, duration):
