@@ -124,6 +124,34 @@ def test_all_exponents_of_continuous_slip_are_finite_zero_and_sum_to_nothing():
     assert np.abs(spectrum["exponents"]).max() < 5e-3
 
 
+@pytest.mark.parametrize(
+    ("n_blocks", "viscosity"), [(1, 0.5), (1, 3.0), (3, 0.0), (3, 0.5), (3, 5.0)]
+)
+def test_exponents_of_steady_slip_are_the_eigenvalues_of_linear_motion(n_blocks, viscosity):
+    """x'' = -K x - eta x': series of the motion, which is at rest, tell nothing of deviations."""
+    chain = ChainParameters(n_blocks, 20.0, viscosity=viscosity, linear_limit=np.inf)
+    begin, one = sliding(chain, np.zeros(n_blocks)), np.eye(n_blocks)
+    deformation = one - np.eye(n_blocks, k=-1)
+    linear = np.block([[0 * one, one], [-deformation.T @ deformation, -viscosity * one]])
+    spectrum = lyapunov_spectrum(chain, duration=3000, transient=500, initial_state=begin)
+    expected = np.sort(np.linalg.eigvals(linear).real)[::-1]
+    assert spectrum.exponents == pytest.approx(expected, abs=1e-4)
+    assert (spectrum.trivial is None) == (viscosity > 0)
+
+
+def test_a_light_chain_has_the_exponents_of_a_slow_one():
+    """Of a mass of 1e-4 all times are 1/100: in 20 time units rounding hides the last exponent."""
+    slow, light = (
+        lyapunov_spectrum(chain, duration=6000 * unit, transient=1000 * unit).exponents * unit
+        for chain, unit in (
+            (ChainParameters(3, 10.0), 1.0),
+            (ChainParameters(3, 1000.0, mass=1e-4), 0.01),
+        )
+    )
+    assert np.isfinite(slow).sum() == 3
+    assert light == pytest.approx(slow, abs=4e-3)
+
+
 def test_noise_shifts_with_the_chain_only_through_a_rest():
     settings = {"duration": 3000, "transient": 500, "n_exponents": 2, "replicate": range(4)}
     spectrum = lyapunov_spectrum(ChainParameters(10, 60.0, 1.0), **settings, initial_spread=1.0)

@@ -162,6 +162,16 @@ def test_r_and_mean_length_are_those_of_a_run_of_whole_periods():
         assert motion[name][0] == getattr(two, name)
 
 
+def test_a_short_orbit_of_a_light_chain_has_the_r_of_a_long_one():
+    """Of a mass of 1e-4 all times are 1/100, and a period is hardly longer than 0.1."""
+    long = periodic_orbit(ChainParameters(2, 10.0), duration=6000.0, transient=1000.0)
+    light = ChainParameters(2, 1000.0, mass=1e-4)
+    short = periodic_orbit(light, duration=60.0, transient=10.0)
+    assert 100 * short.period_time == pytest.approx(long.period_time, rel=1e-9)
+    for name in ("disorder_parameter", "mean_length"):
+        assert getattr(short, name) == pytest.approx(getattr(long, name), rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

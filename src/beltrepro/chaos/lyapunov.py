@@ -106,8 +106,9 @@ def lyapunov_spectrum(
     """Lyapunov exponents: of one chain from its runs, or of each of several chains.
 
     Vectors follow the linearised motion through slips, sticks and reversals, and are made
-    orthonormal every 20 time units (Benettin et al. 1980); their logarithmic growth is counted
-    after the transient. With noise they are those of the motion under one realisation of it.
+    orthonormal every 20 time units (Benettin et al. 1980), oftener in chains that are lighter,
+    stiffer or more viscous; their logarithmic growth is counted after the transient. With noise
+    they are those of the motion under one realisation of it.
 
     Parameters
     ----------

@@ -14,7 +14,14 @@ import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part, with_vectors
+from beltrepro.chaos.vectors import (
+    METHOD,
+    NO_SAMPLES,
+    check_method,
+    part,
+    times_as_fast,
+    with_vectors,
+)
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
@@ -41,7 +48,7 @@ _TIME_STEP = 0.001  # of no effect without noise
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
 _OFF_MIDDLE = 0.125  # share of the time between two events by which a state may be off its middle
 _NEAR = 0.5  # share of the period by which it may change: every state comes back after no time
-_SAMPLE_INTERVAL = 0.1  # model time, about: of the samples of x_N for r
+_SAMPLE_INTERVAL = 0.1  # model time, about: of the samples of x_N for r, of the paper's chain
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -256,7 +263,8 @@ def moments_of_orbit(
     start: ChainState, period_time: float, tolerance: float | None
 ) -> dict[str, float]:
     """r and <x_N> over the period."""
-    sampling = Sampling(1, period_time / int(np.ceil(period_time / _SAMPLE_INTERVAL)))
+    interval = _SAMPLE_INTERVAL / times_as_fast(start.parameters)
+    sampling = Sampling(1, period_time / int(np.ceil(period_time / interval)))
     moments = LengthMoments(1)
     advanced([exact_case(start, tolerance)], period_time, moments, sampling=sampling)
     lengths = moments.result(start.parameters.rest_positions[-1])
