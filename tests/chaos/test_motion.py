@@ -220,6 +220,15 @@ def test_one_slip_of_all_blocks_is_no_equilibrium():
         assert settled["settled"].tolist() == [state == EQUILIBRIUM]
 
 
+@pytest.mark.parametrize("duration", [170.0, 650.0])
+def test_steady_slip_has_no_period(duration):
+    """Viscosity brings the block to rest, where it crosses its mean length by rounding alone."""
+    chain = ChainParameters(1, 20.0, viscosity=3.0, linear_limit=1e3)
+    motion = classify(chain, duration=duration, transient=150.0)
+    assert motion.state == EQUILIBRIUM and motion.disorder_parameter < 1e-12
+    assert np.isnan(motion.period_time) and motion.period_events == 0
+
+
 def test_no_period_is_told_from_few_disturbed_returns():
     """Two blocks return seven times in 3000; four agreed about within a limit."""
     slow = {"method": "verlet", "time_step": 0.004, "replicate": [1, 2], "initial_spread": 5.0}

@@ -49,7 +49,8 @@ class Motion(Tabled):
         "equilibrium slip", "periodic", "quasi-periodic", "chaotic", "transient" or, with noise,
         "noise-driven"; see `beltrepro.stats.motion.name_motion`.
     period_time, period_events : float, int
-        Model time of a period, NaN if the orbit does not close; slips of all blocks in it, 0 so.
+        Model time of a period, NaN if the orbit does not close or has no slip; slips of all blocks
+        in it, 0 so.
     largest_exponent, standard_error : float
         Largest Lyapunov exponent per model time after the transient, and its error; NaN where no
         block slips or sticks in the second half of that time, though not all slip.
@@ -134,7 +135,9 @@ def _judged(
         times, states, slips = log.returns(lane)
         closed = find_recurrence(states, times)
         last_event = max(log.last_event[lane], begin)
-        sliding = slides(end, last_event, half)
+        period = period_of(closed, slips)
+        returned = closed is not None and not period["period_events"]
+        sliding = slides(end, last_event, half) or returned
         if rests := last_event <= half and not sliding and closed is None:
             exponents[lane] = errors[lane] = np.nan
         state = name_motion(
@@ -149,7 +152,7 @@ def _judged(
         first = int(np.argmax(exponents[lane]))
         row = {
             "state": state,
-            **period_of(closed, slips),
+            **period,
             "largest_exponent": exponents[lane, first],
             "standard_error": errors[lane, first],
             **{name: lengths[name][lane] for name in MOMENTS},
@@ -181,11 +184,13 @@ def _after(
 
 
 def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:
-    """What is told of the period of returns, from the number of slips before each of them."""
+    """What is told of the period of returns, from the number of slips before each of them.
+
+    Without a slip there is none: rounding alone makes a chain in steady slip return.
+    """
     time, events, returns = np.nan, 0, 0
-    if closed is not None:
+    if closed is not None and (events := int(slips[-1] - slips[-1 - closed.crossings])):
         time, returns = closed.time, closed.crossings
-        events = int(slips[-1] - slips[-1 - returns])
     return {"period_time": time, "period_events": events, "period_returns": returns}
 
 
