@@ -86,7 +86,8 @@ def time_to_orbit(
     Results
         settled; lifetime of the irregular motion (the duration if not settled); state (equilibrium
         slip, periodic or irregular); period_time, period_events and period_returns as of
-        `classify`; disorder_parameter and mean_length of the settled motion, or of the end;
+        `classify`; disorder_parameter and mean_length of the settled motion, or of the end
+        (over half a window of at least 1000 time units: no whole periods of slow motion);
         irregular_exponent and irregular_error, the largest Lyapunov exponent over the
         irregular_time, NaN where that is too short; return_state (P, 2N), displacements and
         relative velocities of the blocks at the last return, NaN padded.

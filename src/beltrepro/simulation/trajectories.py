@@ -65,7 +65,8 @@ def simulate(
     sample_interval : float or None
         Model time between samples, which are taken at its multiples; None keeps no samples. For
         "verlet" a multiple of time_step. A run from t = 0 has a sample there, one from a later
-        state none at its beginning.
+        state none at its beginning. r and <x_N> are taken over samples (see `transient`), so that
+        r differs with the interval, over 2500 time units by about 1e-5 of itself.
     sample_start : float
         The first part of the run that has no samples, model time.
     progress : callable
