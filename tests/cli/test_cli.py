@@ -84,6 +84,18 @@ def test_closed_streams_and_the_backend_of_a_notebook_change_nothing(tmp_path):
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(
+    ("where", "said"), [(">&-", "standard output is closed"), (">/dev/full", "No space left")]
+)
+@pytest.mark.parametrize(
+    "words", ["--version", "simulate --n-blocks 1 --belt-velocity 9 --duration 99"]
+)
+def test_what_cannot_be_printed_is_an_error(where, said, words):
+    script = f"unset PYTHONUNBUFFERED; {sys.executable} -m beltrepro {words} {where}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1
+
+
 def test_classify_prints_the_motion(command):
     result, _ = command("classify", "--json", seed=4, **ORBIT)
     motion = classify(ChainParameters(2, 5.0), duration=2000, transient=1000, seed=4)
@@ -151,6 +163,13 @@ def test_analyse_says_whether_blocks_are_in_x(command, tmp_path):
 
 
 # --- what is refused ---
+
+
+def test_a_working_folder_that_is_gone_is_told(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tmp_path.rmdir()
+    _, said = command("simulate", output="run.h5", status=2, **CHAIN)
+    assert said == "error: output = run.h5: the working folder is not there any more\n"
 
 
 def test_an_option_given_twice_and_too_little_memory_are_told(command, monkeypatch):
