@@ -18,6 +18,7 @@ from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import normal_modes
+from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
@@ -201,13 +202,17 @@ def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | N
     if not times:
         return
     loading, cycles, row = max(times, key=lambda one: one[0] + one[1])
-    begin = math.ceil(max(loading, transient or 0.0))
-    longer = "" if transient is None else f"transient={begin}, "
+    begin = max(loading, transient or 0.0)
+    if begin + cycles >= LONGEST:
+        advice = f"and slips more rarely than the longest run shows ({LONGEST:g})"
+    else:
+        longer = "" if transient is None else f"transient={math.ceil(begin)}, "
+        duration = math.ceil(begin) + math.ceil(cycles)
+        advice = f"{longer}duration={duration} has slips to judge, and a longer one more of them"
     many = "" if len(cases) == 1 else f"{len(times)} of {len(cases)} chains: "
     warn(
         f"{many}no block slips or sticks in the second half of the time that is judged "
-        f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; "
-        f"{longer}duration={begin + math.ceil(cycles)} shows what it does"
+        f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; {advice}"
     )
 
 
@@ -217,9 +222,9 @@ def _loading_and_cycles(case: Case) -> tuple[float, float]:
     The belt carries a single block from 2 f_s F_st - F_st to F_st before it slips, others less far.
     """
     chain = case.parameters
-    loading = (balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
+    loading = float(balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
     threshold, ratio = chain.by_block("static_friction"), chain.by_block("friction_ratio")
-    carried = (2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max()
+    carried = float((2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max())
     return _AMPLE * loading, _CYCLES * max(carried / chain.belt_velocity, _slowest(chain))
 
 
