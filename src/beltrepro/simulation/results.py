@@ -76,6 +76,8 @@ class Results(Arrays):
         """
         shape = self["replicate"].shape
         columns = {name: array for name, array in self.items() if array.shape == shape}
+        if np.isnan(columns.get("tolerance", 0.0)).all():  # of methods that have none
+            del columns["tolerance"]
         for name in self.axes:
             if self[name].ndim > 1:
                 columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
