@@ -127,6 +127,14 @@ def test_scan_takes_lists_and_ranges(command, tmp_path):
     assert [row["belt_velocity"] for row in rows] == [1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 5.0]
 
 
+@pytest.mark.parametrize(("method", "tolerance"), [("event", 1e-10), ("verlet", None)])
+def test_all_commands_agree_on_the_tolerance(command, method, tolerance):
+    told, _ = command("simulate", "--json", method=method, **CHAIN)
+    (row,), _ = command("scan", "--json", method=method, **CHAIN)
+    assert told.get("tolerance") == row.get("tolerance") == tolerance
+    assert ("tolerance" in told) == ("tolerance" in row) == (tolerance is not None)
+
+
 # --- film, track, analyse ---
 
 
@@ -197,6 +205,7 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("simulate", CHAIN | {"method": "verlet", "tolerance": 1e-8}, "'verlet' has none"),
         ("simulate", CHAIN | {"output": "run.csv"}, "must end in .h5"),
         ("simulate", CHAIN | {"belt_velocity": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
+        ("scan", CHAIN | {"mass": "1,3,1"}, "occurs twice; --replicates 2 makes two runs of each"),
         ("classify", CHAIN | {"method": "verlet"}, "only 'event' has a tangent dynamics"),
         ("film", CHAIN | {"output": "no/such/folder/a.mp4"}, "its folder does not exist"),
         ("film", FILM | {"width": 33}, "width = 33: must be an even number"),

@@ -164,6 +164,9 @@ def grid(text: str) -> list[float]:
     except (ValueError, TypeError):
         words = "a number, a list 1,2,5 or a range START:STOP:STEP is needed"
         raise argparse.ArgumentTypeError(f"{shown(text)}: {words}") from None
+    if len(set(numbers)) < len(numbers):
+        words = "the same value occurs twice; --replicates 2 makes two runs of each"
+        raise argparse.ArgumentTypeError(f"{shown(text)}: {words}")
     return numbers
 
 
