@@ -22,7 +22,7 @@ from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Group, Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import Tabled
@@ -129,7 +129,7 @@ def _judged(
     growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
-    lengths = moments.result(group.chain.rest_positions[-1])
+    lengths = moments_of(moments, chains)
     rows = []
     for lane, (case, end) in enumerate(zip(members, chains.state(), strict=True)):
         times, states, slips = log.returns(lane)
