@@ -206,6 +206,7 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("simulate", CHAIN | {"output": "run.csv"}, "must end in .h5"),
         ("simulate", CHAIN | {"belt_velocity": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
         ("scan", CHAIN | {"mass": "1,3,1"}, "occurs twice; --replicates 2 makes two runs of each"),
+        ("verify", {"list": "run.h5"}, "list = run.h5: must end in .json"),
         ("classify", CHAIN | {"method": "verlet"}, "only 'event' has a tangent dynamics"),
         ("film", CHAIN | {"output": "no/such/folder/a.mp4"}, "its folder does not exist"),
         ("film", FILM | {"width": 33}, "width = 33: must be an even number"),
@@ -231,7 +232,7 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
 def test_bad_input_is_one_line(command, tmp_path, monkeypatch, action, options, message):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(picture, "display", lambda: "")
-    files = {"analyse": ["a.csv"]}.get(action, [])
+    files = {"analyse": ["a.csv"], "verify": ["results"]}.get(action, [])
     for name in files:
         (tmp_path / name).write_text(RECORDING)
     out, said = command(action, *files, status=2, **options)

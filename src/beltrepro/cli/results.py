@@ -7,6 +7,7 @@ import textwrap
 from collections import Counter
 from pathlib import Path
 
+from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
 from beltrepro.cli.options import PLACED, command
@@ -29,7 +30,8 @@ def verify(options: argparse.Namespace) -> int:
     """
     from beltrepro.extras import verification
 
-    path = options.list or Path("docs", "results", f"{options.results.name}.json")
+    usual = Path("docs", "results", f"{options.results.name}.json")
+    path = checks.path("list", options.list or usual, (".json",))
     if options.write:
         count = verification.write_list(path, options.results)
         print(f"{path}: {count} datasets")
