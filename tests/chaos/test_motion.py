@@ -189,6 +189,19 @@ def test_a_chain_that_loads_has_no_name_and_no_exponent(chain):
     assert (later.trivial, later.erased) == (0, chain.n_blocks)
 
 
+def test_a_chain_that_no_run_sees_slip_is_told_so():
+    for velocity in (5e-324, 1e-300, 1e-9):
+        with pytest.warns(UserWarning, match=r"more rarely than the longest run shows \(1e\+12\)$"):
+            classify(ChainParameters(1, velocity), duration=300.0, transient=0.0)
+
+
+@pytest.mark.filterwarnings("ignore:no block slips")
+def test_r_of_few_samples_is_not_told():
+    with pytest.warns(UserWarning, match="r and <x_N> are NaN"):
+        motion = classify(ChainParameters(2, 10.0), duration=40.5, transient=40.0)
+    assert np.isnan([motion.disorder_parameter, motion.mean_length]).all()
+
+
 def test_a_rest_between_slips_is_no_equilibrium():
     chain, how = ChainParameters(5, 0.05), {"sample_interval": None, "transient": 9600.0}
     run = simulate(chain, duration=16000.0, **how)

@@ -60,6 +60,12 @@ def test_a_run_that_is_given_up_counts_as_irregular(five):
     assert np.isnan(orbits["period_time"][0])
 
 
+def test_a_little_more_time_is_no_window_of_its_own():
+    chain = ChainParameters(5, 10.0, 1.0)
+    whole, more = (time_to_orbit(chain, duration=time) for time in (2000.0, 2000.3))
+    assert more["disorder_parameter"] == pytest.approx(whole["disorder_parameter"], rel=0.01)
+
+
 def test_a_run_does_not_depend_on_its_company(five):
     alone = time_to_orbit(FIVE, duration=60_000, replicate=3, initial_spread=10.0)
     for name in ("lifetime", "period_time", "irregular_exponent", "return_state"):

@@ -58,7 +58,9 @@ def test_what_is_not_there_is_named(capsys, results, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (folder / "claims.csv").write_text("id,variant,verdict\nu-critical,,holds\n")
     (folder / "estimates.csv").write_text("id,variant,name\nu-critical,,a\n")
+    (tmp_path / "config.yaml").write_text("presets: {paper: {}}")
     for words, messages in (
+        (["--preset", "papr"], ["'papr': allowed are paper; did you mean 'paper'?"]),
         (["--results", tmp_path], ["claims.csv: no such file"]),
         (["--results", folder], ["made by an earlier version"]),
         (["--preset", "paper"], ["--config preset=paper", "--results docs/results/paper"]),

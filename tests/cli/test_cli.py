@@ -84,6 +84,18 @@ def test_closed_streams_and_the_backend_of_a_notebook_change_nothing(tmp_path):
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(
+    ("where", "said"), [(">&-", "standard output is closed"), (">/dev/full", "No space left")]
+)
+@pytest.mark.parametrize(
+    "words", ["--version", "simulate --n-blocks 1 --belt-velocity 9 --duration 99"]
+)
+def test_what_cannot_be_printed_is_an_error(where, said, words):
+    script = f"unset PYTHONUNBUFFERED; {sys.executable} -m beltrepro {words} {where}"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1
+
+
 def test_classify_prints_the_motion(command):
     result, _ = command("classify", "--json", seed=4, **ORBIT)
     motion = classify(ChainParameters(2, 5.0), duration=2000, transient=1000, seed=4)
@@ -113,6 +125,14 @@ def test_scan_takes_lists_and_ranges(command, tmp_path):
     assert heading[:3] == ["n_blocks", "belt_velocity", "disorder_parameter"]
     rows, _ = command("scan", "--json", n_blocks=1, belt_velocity="1:2:0.2,5", duration=5)
     assert [row["belt_velocity"] for row in rows] == [1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 5.0]
+
+
+@pytest.mark.parametrize(("method", "tolerance"), [("event", 1e-10), ("verlet", None)])
+def test_all_commands_agree_on_the_tolerance(command, method, tolerance):
+    told, _ = command("simulate", "--json", method=method, **CHAIN)
+    (row,), _ = command("scan", "--json", method=method, **CHAIN)
+    assert told.get("tolerance") == row.get("tolerance") == tolerance
+    assert ("tolerance" in told) == ("tolerance" in row) == (tolerance is not None)
 
 
 # --- film, track, analyse ---
@@ -153,6 +173,13 @@ def test_analyse_says_whether_blocks_are_in_x(command, tmp_path):
 # --- what is refused ---
 
 
+def test_a_working_folder_that_is_gone_is_told(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tmp_path.rmdir()
+    _, said = command("simulate", output="run.h5", status=2, **CHAIN)
+    assert said == "error: output = run.h5: the working folder is not there any more\n"
+
+
 def test_an_option_given_twice_and_too_little_memory_are_told(command, monkeypatch):
     _, said = command("simulate", "--noise", 1, "--noise=2", status=2, **CHAIN)
     assert said.startswith("error: --noise: given 3 times")
@@ -178,6 +205,8 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("simulate", CHAIN | {"method": "verlet", "tolerance": 1e-8}, "'verlet' has none"),
         ("simulate", CHAIN | {"output": "run.csv"}, "must end in .h5"),
         ("simulate", CHAIN | {"belt_velocity": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
+        ("scan", CHAIN | {"mass": "1,3,1"}, "occurs twice; --replicates 2 makes two runs of each"),
+        ("verify", {"list": "run.h5"}, "list = run.h5: must end in .json"),
         ("classify", CHAIN | {"method": "verlet"}, "only 'event' has a tangent dynamics"),
         ("film", CHAIN | {"output": "no/such/folder/a.mp4"}, "its folder does not exist"),
         ("film", FILM | {"width": 33}, "width = 33: must be an even number"),
@@ -203,7 +232,7 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
 def test_bad_input_is_one_line(command, tmp_path, monkeypatch, action, options, message):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(picture, "display", lambda: "")
-    files = {"analyse": ["a.csv"]}.get(action, [])
+    files = {"analyse": ["a.csv"], "verify": ["results"]}.get(action, [])
     for name in files:
         (tmp_path / name).write_text(RECORDING)
     out, said = command(action, *files, status=2, **options)

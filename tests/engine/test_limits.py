@@ -211,10 +211,10 @@ def test_too_few_samples_for_r_are_said(method):
         with pytest.warns(UserWarning, match=r"r and <x_N> are NaN: the 0\.5 of model time"):
             run, table = simulate(**short, **lengths), scan(**short, **lengths)
         assert np.isnan([run.disorder_parameter, run.mean_length]).all()
-        assert np.isnan([table["disorder_parameter"], table["mean_length"]]).all()
+        assert np.isnan([table["disorder_parameter"], table["maximum_length"]]).all()
     with pytest.warns(UserWarning, match="r and <x_N> are NaN"):
         escape = time_to_continuous_slip(**short, duration=20, settle_time=0.5)
-    assert np.isnan(escape["final_disorder"])
+    assert np.isnan([escape["final_disorder"], escape["final_amplitude"]]).all()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert simulate(**short, duration=21.0, transient=20.0).disorder_parameter > 0

@@ -97,6 +97,7 @@ def test_no_key_takes_nonsense_or_a_misspelt_name(kind):
         (f"{DATASET}.noise.step", 1e-9, "at most 100000"),
         (f"{DATASET}.transient", 60000, "n5_map.transient = 60000: must be less"),
         ("camera.blurr", 1, "unknown key 'blurr' in camera; did you mean 'blur'"),
+        ("presets.standard.datasets.n5_u7.noise", 0, "n5_u7.replicate: without noise and initial"),
         ("films", ["belt_29"], "films: belt_29: preset standard has no"),
         ("films", ["u17"], "sample_interval is 0.1, 24 frames a second need 0.5448376"),
         ("presets.standard.datasets.size_columns.n_blocks", [4, 5], "no entry for n_blocks = 4"),

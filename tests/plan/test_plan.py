@@ -98,10 +98,10 @@ def test_batches_are_cut_where_noise_or_method_change():
 
 def test_further_points_follow_those_of_the_axes():
     more = {"belt_velocity": 2, "replicate": {"start": 2, "stop": 3, "step": 1}}
-    points = single(belt_velocity=[1, 2], replicate=1, also=more).points
+    points = single(belt_velocity=[1, 2], noise=1, replicate=1, also=more).points
     assert [(p.belt_velocity, p.replicate) for p in points] == [(1, 1), (2, 1), (2, 2), (2, 3)]
     with pytest.raises(InputError, match="also: gives points that the dataset has without it"):
-        single(belt_velocity=[1, 2], replicate=1, also={"belt_velocity": 2})
+        single(belt_velocity=[1, 2], noise=1, replicate=1, also={"belt_velocity": 2})
 
 
 # --- methods --------------------------------------------------------------------------------------
@@ -195,7 +195,7 @@ def test_recordings_have_the_speeds_and_the_frames_of_the_paper(plan):
     ],
 )  # fmt: skip
 def test_a_thinner_preset_has_a_part_of_the_points(keys, axis, kept):
-    whole = small_plans.configuration(**keys)
+    whole = small_plans.configuration(**{"noise": 1} | keys)
     thin = {"values": 3, "replicates": 4, "duration": 80, "transient": 90}
     presets = {"thin": {"based_on": "own", "thin": thin}, "more": {"based_on": "thin"}}
     presets["more"]["datasets"] = {"one": {axis: [7, 8, 9, 10]}}

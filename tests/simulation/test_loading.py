@@ -44,6 +44,18 @@ def test_a_run_that_ends_while_it_loads_is_told_how_long_that_takes():
     assert 11_000 <= float(re.search(r"transient=(\S+)", line)[1]) <= 15_000
 
 
+def test_very_slow_chains_get_advice_that_helps_or_hear_that_none_does():
+    chain = ChainParameters(1, 1e-3)
+    for transient, advice in ((0.0, r"transient=40000 and"), (4e4, r"a longer duration has more")):
+        (line,) = lines(
+            simulate, chain, duration=transient + 2e4, transient=transient, **NO_SAMPLES
+        )
+        assert re.search(advice, line)
+    assert not lines(simulate, chain, duration=2e5, transient=4e4, **NO_SAMPLES)
+    (line,) = lines(scan, ChainParameters(1, 1e-300), duration=300.0)
+    assert line.endswith("; it lasts longer than a run may (1e+12)")
+
+
 def test_several_chains_get_one_line_with_the_one_that_takes_longest():
     (line,) = lines(scan, Grid([2, 5, 10], [1.0, 30.0]), duration=3000.0)
     assert re.match(r"\d of 6 chains: loading is measured too \(N=10, u=1", line)

@@ -76,6 +76,9 @@ def test_results_by_chain_and_from_a_file(returned, tmp_path):
     for name, array in results.items():
         np.testing.assert_array_equal(loaded[name], array)
     returned["Run"].save(tmp_path / "run.h5")
+    for result in (returned["Run"], results):
+        with pytest.raises(InputError, match=r"run.npz: must end in .*\.h5$"):
+            result.save(tmp_path / "run.npz")
     with pytest.raises(InputError, match="not a file of results"):
         Results.load(tmp_path / "run.h5")
     with pytest.raises(InputError, match=r"r\.csv: pandas.read_csv reads a table"):

@@ -4,7 +4,7 @@ Each takes the name of a value and the value, and returns it as it is used.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from numbers import Real
 from os import PathLike
 from pathlib import Path
@@ -139,10 +139,12 @@ def positions(name: str, value: Any, n_blocks: int, *, rows: bool = False) -> np
     return array
 
 
-def path(name: str, value: Any) -> Path:
-    """Where a file is."""
+def path(name: str, value: Any, endings: Sequence[str] = ()) -> Path:
+    """Where a file is; its name has one of the endings, if any are told."""
     if not isinstance(value, str | PathLike) or "\0" in str(value):
         raise InputError(f"{name} = {shown(value)}: the path of a file is needed")
+    if endings and Path(value).suffix.lower() not in endings:
+        raise InputError(f"{name} = {value}: must end in {', '.join(endings)}")
     return Path(value)
 
 

@@ -1,6 +1,7 @@
 """What a process inherits from whoever starts it, set right before anything else runs."""
 
 import atexit
+import io
 import os
 import re
 import shutil
@@ -40,6 +41,13 @@ def set_right() -> None:
         folder = tempfile.mkdtemp(prefix="beltrepro-")
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         os.environ.update(dict.fromkeys(_CACHES, folder))
+
+
+class Closed(io.TextIOBase):
+    """A standard output that is closed: to print there fails, as it does on a full disk."""
+
+    def write(self, text: str) -> int:
+        raise OSError("standard output is closed: nothing can be printed")
 
 
 def _nowhere(number: int) -> int:

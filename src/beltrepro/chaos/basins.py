@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from beltrepro.base import checks, names
+from beltrepro.base import names
 from beltrepro.base.errors import InputError, ModelStateError, needing
 from beltrepro.chaos.continuation import QUANTITIES, OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import IRREGULAR, time_to_orbit
@@ -175,7 +175,6 @@ class Basins(Tabled):
         InputError
             It is no path, or has another ending; or there is no display, or no matplotlib.
         """
-        path = None if path is None else checks.path("path", path)
         with needing("the picture of basins"):
             from beltrepro.simulation import picture
         return picture.put(lambda: _draw(self), path, repr(self))

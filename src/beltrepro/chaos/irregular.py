@@ -109,7 +109,9 @@ def time_to_orbit(
     while begin < duration and left:
         longest = min(_LONGEST_WINDOW, _GROWTH * begin)
         length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
-        end = min(duration, begin + length)
+        end = begin + length
+        if duration - end < _FIRST_WINDOW:  # too short to judge by itself
+            end = duration
         work = partial(_pass_window, left, end - begin, closed)
         report = part(progress, begin / duration, end / duration)
         in_groups([run.case for run in left], work, report, workers=made.workers)

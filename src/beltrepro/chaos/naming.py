@@ -18,10 +18,11 @@ from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import normal_modes
+from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Group, Report, integrator_of, observe
+from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import Tabled
@@ -129,7 +130,7 @@ def _judged(
     growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
     exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
-    lengths = moments.result(group.chain.rest_positions[-1])
+    lengths = moments_of(moments, chains)
     rows = []
     for lane, (case, end) in enumerate(zip(members, chains.state(), strict=True)):
         times, states, slips = log.returns(lane)
@@ -206,13 +207,17 @@ def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | N
     if not times:
         return
     loading, cycles, row = max(times, key=lambda one: one[0] + one[1])
-    begin = math.ceil(max(loading, transient or 0.0))
-    longer = "" if transient is None else f"transient={begin}, "
+    begin = max(loading, transient or 0.0)
+    if begin + cycles >= LONGEST:
+        advice = f"and slips more rarely than the longest run shows ({LONGEST:g})"
+    else:
+        longer = "" if transient is None else f"transient={math.ceil(begin)}, "
+        duration = math.ceil(begin) + math.ceil(cycles)
+        advice = f"{longer}duration={duration} has slips to judge, and a longer one more of them"
     many = "" if len(cases) == 1 else f"{len(times)} of {len(cases)} chains: "
     warn(
         f"{many}no block slips or sticks in the second half of the time that is judged "
-        f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; "
-        f"{longer}duration={begin + math.ceil(cycles)} shows what it does"
+        f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; {advice}"
     )
 
 
@@ -222,9 +227,9 @@ def _loading_and_cycles(case: Case) -> tuple[float, float]:
     The belt carries a single block from 2 f_s F_st - F_st to F_st before it slips, others less far.
     """
     chain = case.parameters
-    loading = (balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
+    loading = float(balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
     threshold, ratio = chain.by_block("static_friction"), chain.by_block("friction_ratio")
-    carried = (2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max()
+    carried = float((2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max())
     return _AMPLE * loading, _CYCLES * max(carried / chain.belt_velocity, _slowest(chain))
 
 

@@ -12,9 +12,15 @@ from beltrepro.cli.options import PARSER, Parser, check_output
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command."""
+    is_closed = sys.stdout is None
     process.set_right()
+    silent = sys.stdout
+    if is_closed:
+        sys.stdout = process.Closed()
     try:
         options = PARSER.parse_args(arguments)
+        if getattr(options, "output", None):  # that file is what is wanted
+            sys.stdout = silent
         name = f"beltrepro {options.command.__name__}"
         with needing(name, "replication"), warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("ignore")  # not as PYTHONWARNINGS says: "error" would end it
@@ -27,11 +33,14 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"warning: {warning.message}", file=sys.stderr)
         sys.stdout.flush()
         return status or 0
-    except BrokenPipeError:
+    except OSError as error:
         # What is still to be written at the exit must find a reader.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
-    except (InputError, ModelStateError, OSError) as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        if isinstance(error, BrokenPipeError):
+            return 141
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except (InputError, ModelStateError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
     except MemoryError as error:

@@ -46,14 +46,13 @@ def film(options: argparse.Namespace) -> None:
     movement, progress = cameras.Movement.of(run), shared.progress_of("film")
     frames = cameras.film(movement, options.output, camera=camera, progress=progress)
     view = cameras.Framing.of(movement, Scene(), camera)
-    last = run.positions[:, -1]
     result = {
         "output": str(options.output),
         "frames": frames,
         "seconds": len(run.time) / camera.frames_per_second,
         "scale": view.metres_per_pixel,
         "zero": view.zero[0],
-        "disorder_parameter": float(last.std() / last.mean()),
+        "disorder_parameter": run.disorder_parameter,
     }
     shared.print_result(result, options.json)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from beltrepro import ChainParameters, __version__
+from beltrepro.base import checks
 from beltrepro.base.checks import shown, spaced
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint, left, one_of
@@ -69,6 +70,9 @@ class Parser(argparse.ArgumentParser):
             if flags.count(name) > 1:  # the last one alone would count
                 self.error(f"{name}: given {flags.count(name)} times")
         return super().parse_known_args(args, namespace)
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        print(message, end="", file=file, flush=True)  # the usual one hides that it cannot
 
     def error(self, message: str) -> NoReturn:
         """Say it in one line."""
@@ -160,6 +164,9 @@ def grid(text: str) -> list[float]:
     except (ValueError, TypeError):
         words = "a number, a list 1,2,5 or a range START:STOP:STEP is needed"
         raise argparse.ArgumentTypeError(f"{shown(text)}: {words}") from None
+    if len(set(numbers)) < len(numbers):
+        words = "the same value occurs twice; --replicates 2 makes two runs of each"
+        raise argparse.ArgumentTypeError(f"{shown(text)}: {words}")
     return numbers
 
 
@@ -224,11 +231,15 @@ def check_output(path: Path | None, force: bool, suffixes: tuple[str, ...]) -> N
     """Refuse a file that cannot be written, or is there already, before anything is computed."""
     if path is None:
         return
-    folder = path.absolute().parent
+    if not path.is_dir():
+        checks.path("output", path, suffixes)
+    try:
+        folder = path.absolute().parent
+    except FileNotFoundError:
+        raise InputError(f"output = {path}: the working folder is not there any more") from None
     problems = {
         "is a folder": path.is_dir(),
         "its folder does not exist": not folder.is_dir(),
-        f"must end in {', '.join(suffixes)}": path.suffix.lower() not in suffixes,
         "is there already; --force overwrites it": path.exists() and not force,
         "cannot be written": not os.access(path if path.exists() else folder, os.W_OK),
     }

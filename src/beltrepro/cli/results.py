@@ -7,7 +7,9 @@ import textwrap
 from collections import Counter
 from pathlib import Path
 
+from beltrepro.base import checks
 from beltrepro.base.errors import InputError
+from beltrepro.base.names import one_of
 from beltrepro.cli.options import PLACED, command
 
 _NAMED = 5  # of the files that are not made
@@ -28,7 +30,8 @@ def verify(options: argparse.Namespace) -> int:
     """
     from beltrepro.extras import verification
 
-    path = options.list or Path("docs", "results", f"{options.results.name}.json")
+    usual = Path("docs", "results", f"{options.results.name}.json")
+    path = checks.path("list", options.list or usual, (".json",))
     if options.write:
         count = verification.write_list(path, options.results)
         print(f"{path}: {count} datasets")
@@ -84,8 +87,12 @@ def claims(options: argparse.Namespace) -> None:
 
 def _made(preset: str) -> Path:
     """The folder of a run by the name of its preset."""
+    from beltrepro.replication.plan.config import SOURCE, load_config
+
     folder = Path("results", preset)
     if not folder.exists():
+        if Path(SOURCE).exists():
+            one_of("preset", preset, load_config(SOURCE).get("presets", {}))
         published = Path("docs", "results", preset)
         other = f"; to read the published one: --results {published}" if published.is_dir() else ""
         raise InputError(

@@ -44,7 +44,7 @@ class SlipActivity:
         _follow(*events, limits, self._counts, *last)
 
     def laminar(self) -> dict[str, np.ndarray]:
-        """laminar_fraction, _count, _mean, _longest (W,), the slip going on included."""
+        """laminar_fraction, _count, _mean (NaN of none), _longest (W,), with the slip going on."""
         count, total, longest = self._laminar
         going_on = self._end - np.maximum(self.slipping_since, self._start)
         going_on = np.where(going_on > self._laminar_time, going_on, 0.0)  # NaN while it is stuck
@@ -53,7 +53,9 @@ class SlipActivity:
         return {
             "laminar_fraction": total / observed if observed > 0 else np.full(len(total), np.nan),
             "laminar_count": count.astype(np.int64),
-            "laminar_mean": np.divide(total, count, out=np.zeros_like(total), where=count > 0),
+            "laminar_mean": np.divide(
+                total, count, out=np.full_like(total, np.nan), where=count > 0
+            ),
             "laminar_longest": np.maximum(longest, going_on),
         }
 

@@ -152,6 +152,5 @@ def moments_of(moments: LengthMoments, chains: Integrator) -> dict[str, np.ndarr
             f"r and <x_N> are NaN: the {chains.time - moments.start:g} of model time over which "
             f"they are to be found hold {moments.count} samples, at least {_FEWEST} are needed"
         )
-        nothing = np.full_like(lengths["mean_length"], np.nan)
-        lengths |= {"mean_length": nothing, "disorder_parameter": nothing}
+        lengths = {name: np.full_like(values, np.nan) for name, values in lengths.items()}
     return lengths

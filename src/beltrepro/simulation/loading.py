@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beltrepro.engine.integrator import Integrator
+from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
 from beltrepro.simulation.groups import Group, observe
@@ -52,15 +53,22 @@ class LoadingWatch:
         total = len(self._cases)
         many = "" if total == 1 else f"{len(self._loading)} of {total} chains: "
         longer = "" if needed < self._duration / 2 else " and a duration well beyond it"
+        what, advice = "loading is measured too", f"transient={needed:g}{longer} leaves it out"
+        if needed > LONGEST / 2:
+            advice = f"it lasts longer than a run may ({LONGEST:g})"
+        elif needed <= self._transient:  # it has loaded, and moves one way all the time
+            what, advice = "less than a slow motion is measured", "a longer duration has more of it"
         warn(
-            f"{many}loading is measured too ({self._cases[number].parameters.describe()}: "
-            f"r = {disorder:.3g}); transient={needed:g}{longer} leaves it out"
+            f"{many}{what} ({self._cases[number].parameters.describe()}: "
+            f"r = {disorder:.3g}); {advice}"
         )
 
     def _needed(self, case: Case, length: float) -> float:
         """A transient that leaves the loading of a run out, of two digits."""
         seen = self._transient + length if math.isfinite(length) else 0.0
         time = _AMPLE * (max(_loading_time(case) - _age(case), seen) or self._duration)
+        if time > LONGEST:
+            return math.inf
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
         return math.ceil(time / step) * step
 
@@ -78,7 +86,7 @@ def _loading_time(case: Case) -> float:
     """Time in which the belt brings the last block to where springs and friction balance."""
     chain = case.parameters
     begun = chain.rest_positions if _age(case) else case.state.positions
-    return (balance_length(chain) - begun[-1]) / chain.belt_velocity
+    return float(balance_length(chain) - begun[-1]) / chain.belt_velocity
 
 
 def _age(case: Case) -> float:

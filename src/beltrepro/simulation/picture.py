@@ -11,6 +11,7 @@ from matplotlib.backends.registry import BackendFilter, backend_registry
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from beltrepro.base import checks
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import SYMBOLS
@@ -38,8 +39,8 @@ _ROW = 0.12  # inches for each block beyond
 
 def put(draw: Callable[[], Figure], path: str | Path | None, title: str) -> Figure:
     """Write the figure that a function draws to a file, or show it."""
-    if path is not None and Path(path).suffix.lower() not in SUFFIXES:
-        raise InputError(f"path = {path}: must end in {', '.join(SUFFIXES)}")
+    if path is not None:
+        path = checks.path("path", path, SUFFIXES)
     where = display() if path is None else "file"
     if not where:
         raise InputError(NO_DISPLAY)

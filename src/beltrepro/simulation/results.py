@@ -76,6 +76,8 @@ class Results(Arrays):
         """
         shape = self["replicate"].shape
         columns = {name: array for name, array in self.items() if array.shape == shape}
+        if np.isnan(columns.get("tolerance", 0.0)).all():  # of methods that have none
+            del columns["tolerance"]
         for name in self.axes:
             if self[name].ndim > 1:
                 columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
@@ -95,15 +97,13 @@ class Results(Arrays):
         InputError
             It is no path, or has another ending; or it is .csv and pandas is not installed.
         """
-        path = checks.path("path", path)
+        path = checks.path("path", path, (".csv", ".h5"))
         if path.suffix.lower() == ".csv":
             with atomic.replacing(path) as unfinished:
                 self.table().to_csv(unfinished, index=False)
-        elif path.suffix.lower() == ".h5":
+        else:
             order = {"columns": json.dumps(list(self))}  # the file has them by name
             store.write(path, dict(self), provenance.origin() | self.settings | order)
-        else:
-            raise InputError(f"path = {path}: must end in .csv, .h5")
 
     @classmethod
     @names.checked

@@ -169,13 +169,14 @@ class Run(Tabled):
         Parameters
         ----------
         path : str or Path
-            The file; it appears under its name when it is complete.
+            The file, .h5; it appears under its name when it is complete.
 
         Raises
         ------
         InputError
-            It is no path.
+            It is no path, or has another ending.
         """
+        path = checks.path("path", path, (".h5",))
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         attributes = {"kind": "run", "units": "model units"}
         attributes |= {name: getattr(self, name) for name in _numbers()}
@@ -189,7 +190,7 @@ class Run(Tabled):
                 attributes[f"{name}_time_step"] = scheme.time_step
                 arrays |= {f"{name}/scheme/{part}": one for part, one in scheme.variables.items()}
         given = {name: value for name, value in attributes.items() if value is not None}
-        store.write(checks.path("path", path), arrays, given)
+        store.write(path, arrays, given)
 
     @classmethod
     @names.checked

@@ -69,9 +69,9 @@ def scan(
         mean_wall_tension and sum_rule_residual as `Run` has them, of the whole run;
         section_position, section_count (all downward crossings of x_N after the transient),
         section_velocity (P, section_values) v_N at the first of them, NaN padded; slip_count
-        (P, N), N that of the longest chain or 10; laminar_fraction, laminar_count, laminar_mean,
-        laminar_longest; last_stick_time of the last block, NaN if it never stuck. Model units,
-        laboratory frame.
+        (P, N), N that of the longest chain or 10; laminar_fraction, laminar_count, laminar_mean
+        (NaN of none), laminar_longest; last_stick_time of the last block, NaN if it never stuck.
+        Model units, laboratory frame.
 
     Raises
     ------

@@ -164,8 +164,8 @@ def check_samples(
     if needed > free:
         raise InputError(
             f"sample_interval = {interval:g}: the samples need {needed / 1e9:.3g} GB of memory, "
-            f"{free / 1e9:.3g} GB are available; from {1.1 * interval * needed / free:.2g} on "
-            "they fit; or give a later sample_start, or None for no samples"
+            f"{free / 1e9:.3g} GB are available; from {1.1 * interval * needed / free:.2g} on, "
+            "or of a shorter time, they fit"
         )
     return {"sample_interval": interval, "sample_start": start}
 

@@ -60,6 +60,7 @@ class Track:
         """Write the track as CSV: a line of settings that begins with #, and two columns."""
         settings = about | {name: getattr(self, name) for name in _SETTINGS}
         settings["lost_s"] = self.lost_s.tolist()
+        path = checks.path("path", path, (".csv",))
         with replacing(path) as part, part.open("w", encoding="utf-8") as file:
             file.write(f"# {json.dumps(settings)}\n{','.join(_NEEDED)}\n")
             np.savetxt(file, np.column_stack([self.time_s, self.x_m]), delimiter=",", fmt="%.9g")

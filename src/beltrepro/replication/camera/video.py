@@ -42,9 +42,7 @@ def write_video(
     preset: str = "ultrafast",
 ) -> int:
     """Write frames to an H.264 video; the file appears under its name when it is complete."""
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path}: the name of a video must end in {', '.join(SUFFIXES)}")
+    path = checks.path("path", path, SUFFIXES)
     stream, count = None, 0
     # "file:", as FFmpeg takes the "a:" of a name for a protocol
     with replacing(path) as part, av.open(f"file:{part}", "w") as container:

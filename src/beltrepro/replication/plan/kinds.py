@@ -86,6 +86,9 @@ class Kind(NamedTuple):
                 yield f"{name} = {settings[name]:g}: must be less than duration = {duration:g}"
         if self.follows_tangents and (others := {point.method for point in points} - {"event"}):
             yield f"method = {others.pop()}: only event has a tangent dynamics"
+        drawn = self.name == "basins" or any(one.noise or one.initial_spread for one in points)
+        if not drawn and len({one._replace(seed=0, replicate=0) for one in points}) < len(points):
+            yield "replicate: without noise and initial_spread all replicates are the same run"
         if block := settings.get("section_block"):
             if block > (smallest := min(point.n_blocks for point in points)):
                 yield f"section_block = {block}: the chain has {smallest} blocks"

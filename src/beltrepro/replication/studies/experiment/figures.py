@@ -2,12 +2,12 @@
 
 import itertools
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangle
 
-from beltrepro.base.errors import InputError, NotEnoughDataError
+from beltrepro.base import checks
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.model.units import to_si
 from beltrepro.replication.camera.recording import (
     LARGE,
@@ -45,9 +45,7 @@ HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 def save(recording, path):
     """Draw a recording into a file; InputError for another ending than those of SUFFIXES."""
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path}: the name of a figure must end in {', '.join(SUFFIXES)}")
-    style.write(draw_recording(recording), path, Path(path).stem)
+    style.write(draw_recording(recording), path, checks.path("path", path, SUFFIXES).stem)
 
 
 @style.styled
