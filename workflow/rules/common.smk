@@ -12,7 +12,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 from beltrepro.base import process
 from beltrepro.base.names import hint
 from beltrepro.replication.plan import lock
-from beltrepro.replication.plan.workflow import Workflow, one_line
+from beltrepro.replication.plan.workflow import RunProgress, Workflow, one_line
 
 
 configfile: "config.yaml"
@@ -27,10 +27,6 @@ os.environ[lock.RUN] = str(os.getpid())  # jobs must not outlive this process
 # Snakemake formats this path, and would take braces in that of the project for wildcards.
 ENVIRONMENT = workflow.source_path("../envs/beltrepro.yaml")
 ENVIRONMENT = ENVIRONMENT.replace("{", "{{").replace("}", "}}")
-
-# Claims take long, and wait for nearly all datasets. So these come first, and figures are drawn
-# while claims are measured.
-BEFORE_FIGURES = 1
 
 
 pathvars:
@@ -62,9 +58,12 @@ def begin():
     with one_line():
         lock.take(FLOW.results)
     if workflow.local_exec:
+        is_terminal = sys.stderr.isatty()
         for handler in logger.handlers:
             if not isinstance(handler, logging.FileHandler):
-                handler.addFilter(is_no_failure)
+                handler.addFilter(is_no_news if is_terminal else is_no_failure)
+        if is_terminal:
+            logger.addHandler(RunProgress())
         # Jobs here need no limit on how many start in a second. Its clock would wake the scheduler
         # once a second for each job that has ended: after 100 of them 100 times a second.
         workflow.scheduler.job_rate_limiter = None
@@ -74,3 +73,8 @@ def is_no_failure(record):
     """Whether a record is other than what Snakemake says of a job that has failed."""
     is_error = getattr(record, "event", None) is LogEvent.JOB_ERROR
     return not is_error and "CalledProcessError" not in str(record.msg)
+
+
+def is_no_news(record):
+    """Whether a record says neither of a failed job nor what `RunProgress` shows in one line."""
+    return is_no_failure(record) and record.levelno > logging.INFO

@@ -1,5 +1,5 @@
-# Datasets: their points are simulated in batches, and the batches are joined into one file. Some
-# are filmed, and the last block is tracked in the films.
+# Datasets: their points are simulated, those of large ones in batches that are joined. Some are
+# filmed, and the last block is tracked in the films.
 
 
 rule simulate:
@@ -12,16 +12,31 @@ rule simulate:
         "<benchmarks>/batches/{dataset}/{batch}.tsv"
     wildcard_constraints:
         batch="[0-9]{4}",
-    priority: BEFORE_FIGURES
     conda:
         ENVIRONMENT
     params:
-        spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.batch),
+        spec=FLOW.spec_of_batch,
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
     script:
         "../scripts/simulate.py"
+
+
+use rule simulate as simulate_whole with:
+    output:
+        "<results>/datasets/{dataset}.h5",
+    log:
+        "<logs>/batches/{dataset}.log",
+    benchmark:
+        "<benchmarks>/batches/{dataset}.tsv"
+    wildcard_constraints:
+        dataset=FLOW.of_one_batch(),
+    message:
+        "Simulating {wildcards.dataset}"
+
+
+ruleorder: simulate_whole > join
 
 
 rule join:
@@ -34,7 +49,6 @@ rule join:
         "<logs>/datasets/{dataset}.log",
     benchmark:
         "<benchmarks>/datasets/{dataset}.tsv"
-    priority: BEFORE_FIGURES
     conda:
         ENVIRONMENT
     params:
@@ -57,7 +71,6 @@ rule film:
         "<logs>/experiment/{film}.log",
     benchmark:
         "<benchmarks>/experiment/{film}.tsv"
-    priority: BEFORE_FIGURES
     conda:
         ENVIRONMENT
     params:

@@ -11,7 +11,6 @@ rule derive:
         "<logs>/{table}.log",
     benchmark:
         "<benchmarks>/{table}.tsv"
-    priority: BEFORE_FIGURES
     conda:
         ENVIRONMENT
     params:
@@ -90,7 +89,6 @@ rule claims:
         "<logs>/claims.log",
     benchmark:
         "<benchmarks>/claims.tsv"
-    priority: BEFORE_FIGURES
     conda:
         ENVIRONMENT
     params:

@@ -15,7 +15,7 @@ import grimp
 
 from beltrepro.base.provenance import PACKAGE, ROOT
 
-# Whoever simulates imports all of these, and a batch of points uses the one of its method.
+# Whoever simulates imports all of these, and a batch of points uses those of its methods.
 INTEGRATORS = {
     "event": f"{PACKAGE}.engine.event_integrator",
     "verlet": f"{PACKAGE}.engine.verlet_integrator",
@@ -26,13 +26,15 @@ _NO_DATA = (".md", ".py", ".pyc", ".nbi", ".nbc")  # pages, sources, caches of P
 
 
 @functools.cache
-def code_hash(*functions: str, script: Path, method: str = "", words: bool = False) -> str:
+def code_hash(
+    *functions: str, script: Path, methods: tuple[str, ...] = (), words: bool = False
+) -> str:
     """Hash of the code behind functions, named as "module:function", and of a script.
 
-    method : of the points of a batch, whose code is that of one integrator. words : whether the
+    methods : of the points of a batch, whose code is that of these integrators. words : whether the
     captions of figures and tables count.
     """
-    graph = _graph(method)
+    graph = _graph(methods)
     named = {function.partition(":")[0] for function in functions}
     modules = named.union(*map(graph.find_upstream_modules, named))
     digest = hashlib.sha256(_content(script))
@@ -43,16 +45,16 @@ def code_hash(*functions: str, script: Path, method: str = "", words: bool = Fal
 
 
 @functools.cache
-def _graph(method: str) -> grimp.ImportGraph:
-    """Who imports whom; for a method, as if simulations knew only its integrator.
+def _graph(methods: tuple[str, ...]) -> grimp.ImportGraph:
+    """Who imports whom; for methods, as if simulations knew only their integrators.
 
     What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is. A
     job that simulates nothing uses of the kinds of datasets only what their files hold.
     """
     graph = grimp.build_graph(PACKAGE, cache_dir=None, exclude_type_checking_imports=True)
     simulation = {one for one in graph.modules if one.startswith(f"{PACKAGE}.simulation")}
-    others = {module for name, module in INTEGRATORS.items() if name != method}
-    cut = product(simulation, others) if method else product([KINDS], simulation)
+    others = {module for name, module in INTEGRATORS.items() if name not in methods}
+    cut = product(simulation, others) if methods else product([KINDS], simulation)
     for importer, imported in cut:
         if graph.direct_import_exists(importer=importer, imported=imported):
             graph.remove_import(importer=importer, imported=imported)

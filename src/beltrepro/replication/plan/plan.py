@@ -35,6 +35,7 @@ from beltrepro.replication.plan.points import (
     plain,
 )
 
+FIRST_BATCH = "0000"
 _FRAME_TOLERANCE = 1e-3  # of the time between frames, as in `camera.film`
 _DEFAULTS = {
     **{name: (value,) for name, value in DEFAULTS.items()},
@@ -58,14 +59,12 @@ class PlannedDataset:
 
     @functools.cached_property
     def batches(self) -> dict[str, tuple[Point, ...]]:
-        """The points of each job by its name, in their order; all of a batch have one method, and
-        all or none of them noise."""
-        cut: list[tuple[Point, ...]] = []
-        for _, alike in itertools.groupby(self.points, lambda one: (one.method, one.noise > 0)):
-            points = tuple(alike)
-            starts = range(0, len(points), self.points_per_job)
-            cut += [points[start : start + self.points_per_job] for start in starts]
-        return {f"{number:04d}": points for number, points in enumerate(cut)}
+        """The points of each job by its name, in their order."""
+        starts = range(0, len(self.points), self.points_per_job)
+        return {
+            f"{number:04d}": self.points[start : start + self.points_per_job]
+            for number, start in enumerate(starts)
+        }
 
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""

@@ -1,5 +1,6 @@
 """What the rules of the workflow ask: files of a run, what jobs are told, the code behind them."""
 
+import logging
 import re
 import sys
 from collections.abc import Iterable, Iterator
@@ -7,12 +8,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from beltrepro.base import process
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import dependencies, registry
 from beltrepro.replication.plan.config import SOURCE, load_config
 from beltrepro.replication.plan.kinds import FILM, TRACK
-from beltrepro.replication.plan.plan import make_plan
+from beltrepro.replication.plan.plan import FIRST_BATCH, make_plan
 
 
 @contextmanager
@@ -53,6 +56,32 @@ def check_call() -> None:
     with one_line():
         for path in (Path(options.directory or "", SOURCE), *(options.configfile or ())):
             load_config(path)
+
+
+class RunProgress(logging.Handler):
+    """How far a run is, in one line that moves: jobs, time left, figures that are ready."""
+
+    _BAR = "{n_fmt} of {total_fmt} jobs |{bar}| {elapsed}, {remaining} left{postfix}"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._bar = tqdm(bar_format=self._BAR, smoothing=0, dynamic_ncols=True)
+        self._drawn: dict[int, str] = {}  # figures by the number of their job
+        self._ready: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Take what Snakemake tells of its jobs."""
+        event, about = getattr(record, "event", None), vars(record)
+        if event == "job_info" and about["rule_name"] == "draw":
+            self._drawn[about["jobid"]] = about["wildcards"]["figure"]
+        elif event == "job_finished" and about["job_id"] in self._drawn:
+            self._ready.append(self._drawn[about["job_id"]])
+            self._bar.set_postfix_str(f"{len(self._ready)} figures, {self._ready[-1]}")
+        elif event == "progress":
+            self._bar.total = about["total"]
+            self._bar.update(about["done"] - self._bar.n)
+            if about["done"] == about["total"]:
+                self._bar.close()
 
 
 class Workflow:
@@ -122,8 +151,17 @@ class Workflow:
         path = Path("workflow", "scripts", f"{script}.py")
         return dependencies.code_hash(*functions, script=path, **how)
 
+    def of_one_batch(self) -> str:
+        """Pattern of the datasets that one job simulates."""
+        return "|".join(name for name, one in self.plan.datasets.items() if len(one.batches) == 1)
+
+    def spec_of_batch(self, wildcards: Any) -> dict:
+        """What the job of a batch, or of the only one of a dataset, is told."""
+        return self.plan.spec(wildcards.dataset, wildcards.get("batch", FIRST_BATCH))
+
     def code_of_batch(self, wildcards: Any) -> str:
-        """Code behind a batch: the function of its kind, and the integrator of all its points."""
+        """Code behind a batch: the function of its kind, and the integrators of its points."""
         dataset = self.plan.datasets[wildcards.dataset]
-        method = dataset.batches[wildcards.batch][0].method
-        return self.code("simulate", dataset.kind.record, method=method)
+        batch = dataset.batches[wildcards.get("batch", FIRST_BATCH)]
+        methods = tuple(sorted({point.method for point in batch}))
+        return self.code("simulate", dataset.kind.record, methods=methods)

@@ -139,8 +139,12 @@ def _distance(first, second):
     first, second = (runs[np.isfinite(runs)] for runs in (first, second))
     if not (first.size and second.size):
         return 0.0
-    # only the distance counts: the exact p, which goes unread, takes ten times as long
-    return float(scipy.stats.ks_2samp(first, second, method="asymp").statistic)
+    # `scipy.stats.ks_2samp` also finds a p, which takes ten times as long
+    values = np.concatenate([first, second])
+    below = [
+        np.searchsorted(np.sort(runs), values, "right") / runs.size for runs in (first, second)
+    ]
+    return float(np.max(np.abs(below[0] - below[1])))
 
 
 def _shared(low, high, quiet, noisy):
