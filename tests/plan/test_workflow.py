@@ -20,7 +20,7 @@ from beltrepro.cli import app as cli
 from beltrepro.replication.plan import lock, registry, scripting
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import FIRST_BATCH, Plan, make_plan
-from beltrepro.replication.plan.workflow import Workflow
+from beltrepro.replication.plan.workflow import RunProgress, Workflow
 from interruptions import copy_of_project
 
 ROOT = Path(__file__).parents[2]
@@ -169,6 +169,24 @@ def test_touched_file_without_a_change_reruns_nothing_and_a_deleted_one_its_job(
     (finished / "results/smoke/datasets/basins_sizes.h5").unlink()
     count = jobs(snakemake(finished, "--dry-run"))
     assert count["join"] == 1 and "simulate" not in count
+
+
+# --- what is seen on a terminal ---
+
+
+def test_one_line_tells_jobs_and_figures_that_are_ready(capsys):
+    shown = RunProgress()
+    for about in (
+        {"event": "progress", "done": 0, "total": 3},
+        {"event": "job_info", "rule_name": "draw", "jobid": 7, "wildcards": {"figure": "fig12"}},
+        {"event": "job_info", "rule_name": "join", "jobid": 8, "wildcards": {"dataset": "u1"}},
+        {"event": "job_finished", "job_id": 8},
+        {"event": "job_finished", "job_id": 7},
+        {"event": "progress", "done": 3, "total": 3},
+    ):
+        shown.emit(logging.makeLogRecord(about))
+    line = capsys.readouterr().err.split("\r")[-1]
+    assert "3 of 3 jobs" in line and "figures: 1, last fig12" in line and line.endswith("\n")
 
 
 # --- two at once ---

@@ -76,7 +76,7 @@ class RunProgress(logging.Handler):
             self._drawn[about["jobid"]] = about["wildcards"]["figure"]
         elif event == "job_finished" and about["job_id"] in self._drawn:
             self._ready.append(self._drawn[about["job_id"]])
-            self._bar.set_postfix_str(f"{len(self._ready)} figures, {self._ready[-1]}")
+            self._bar.set_postfix_str(f"figures: {len(self._ready)}, last {self._ready[-1]}")
         elif event == "progress":
             self._bar.total = about["total"]
             self._bar.update(about["done"] - self._bar.n)
