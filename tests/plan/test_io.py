@@ -11,7 +11,7 @@ import small_plans
 from beltrepro.base import provenance, seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io
-from beltrepro.replication.plan.points import columns, points_of
+from beltrepro.replication.plan.points import columns
 
 ABOUT = {"title": "A table.", "columns": {"runs": "number of them"}}
 
@@ -22,8 +22,9 @@ def plan(**changes):
     return small_plans.planned(name="rows", **points | changes)
 
 
-def write(path, spec):
-    points = columns(points_of(spec["points"]))
+def write(path, planned, batch="0000", **settings):
+    points, spec = columns(planned.datasets["rows"].batches[batch]), planned.spec("rows", batch)
+    spec["settings"] = spec["settings"] | settings
     count, longest = len(points["n_blocks"]), max(points["n_blocks"])
     recorded = {"disorder_parameter": np.arange(count) / 7}
     recorded["slip_count"] = np.ones((count, longest), int)
@@ -35,12 +36,12 @@ def write(path, spec):
 
 
 def test_a_file_says_what_it_holds_and_what_made_it(tmp_path):
-    path, spec = tmp_path / "0000.h5", plan().spec("rows", "0000")
-    said = write(path, spec).attributes
+    path = tmp_path / "0000.h5"
+    said = write(path, plan()).attributes
     words = {"dataset": "rows", "kind": "scan", "preset": "own", "run": "own", "method": "event"}
     assert said.items() >= (words | {"duration": 100.0, "seed": 3}).items()
     assert "n_blocks" not in said and "section_position" not in said
-    assert json.loads(said["config"]) == spec
+    assert json.loads(said["config"]) == plan().spec("rows", "0000")
     assert said["units"] == "model units" and "numpy" in json.loads(said["library_versions"])
     with h5py.File(path) as file:
         for array in file.values():
@@ -49,13 +50,12 @@ def test_a_file_says_what_it_holds_and_what_made_it(tmp_path):
         assert file["belt_velocity"].attrs["unit"] == "model velocity (0.0183 m/s)"
     for place in (provenance.ROOT.parents[1], tmp_path):
         assert str(place).encode() not in path.read_bytes()
-    spec["settings"]["duration"] = 101.0
-    assert write(path, spec).attributes["digest"] != said["digest"]
+    assert write(path, plan(), duration=101.0).attributes["digest"] != said["digest"]
 
 
 def test_batches_are_joined_in_their_order(tmp_path):
     names = plan().datasets["rows"].batches
-    parts = [write(tmp_path / f"{name}.h5", plan().spec("rows", name)) for name in names]
+    parts = [write(tmp_path / f"{name}.h5", plan(), name) for name in names]
     whole = io.join(parts, "scan")
     assert whole["n_blocks"].tolist() == [2, 2, 5, 5, 7, 7, 9, 9]
     assert whole["belt_velocity"].tolist() == [10, 20] * 4
@@ -119,7 +119,7 @@ def test_a_damaged_table_is_refused_and_one_of_version_1_0_is_read(tmp_path):
 
 
 def test_jobs_read_datasets_and_tables_and_what_is_behind_them(tmp_path):
-    written = write(tmp_path / "rows.h5", plan(points_per_job=99).spec("rows", "0000"))
+    written = write(tmp_path / "rows.h5", plan(points_per_job=99))
     for name, sources in (("first", {"u1": {}, "u2": {}}), ("last", {"u3": {}})):
         io.write_table(tmp_path / f"{name}.csv", pd.DataFrame({"a": [1]}), sources=sources, **ABOUT)
     paths = {name: str(tmp_path / name) for name in ("first.csv", "rows.h5", "last.csv")}

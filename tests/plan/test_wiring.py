@@ -10,7 +10,7 @@ import pytest
 import small_plans
 from beltrepro.replication.plan import kinds
 from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.points import CHAIN, QUANTITIES, points_of
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES, plain, points_of
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflow"
@@ -52,7 +52,8 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
         return {}
 
     monkeypatch.setattr(kinds, "resolve_name", {KINDS[kind].record: recording}.__getitem__)
-    whole = planned(kind).spec("one", "0000")
+    plan = planned(kind)
+    whole = plan.spec("one") | {"points": plain(plan.datasets["one"].points)}
     names = [*QUANTITIES, *KINDS[kind].settings]
     heard = set()
     for spec in (whole, *(changed(whole, name) for name in names)):

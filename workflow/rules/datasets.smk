@@ -15,7 +15,8 @@ rule simulate:
     conda:
         ENVIRONMENT
     params:
-        spec=FLOW.spec_of_batch,
+        spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.get("batch")),
+        points=FLOW.points,
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"

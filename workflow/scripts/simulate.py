@@ -11,7 +11,7 @@ def main(job):
     # By itself it takes all cores.
     numba.set_num_threads(min(job.threads, numba.config.NUMBA_NUM_THREADS))
     spec = job.params.spec
-    points = points_of(spec["points"])
+    points = points_of(job.params.points)
     progress = Progress(f"{spec['dataset']}: {len(points)} points")
     recorded = kinds.record(spec["kind"], points, spec["settings"], progress)
     io.write(job.output[0], spec, recorded)

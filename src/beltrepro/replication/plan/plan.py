@@ -7,7 +7,7 @@ is allowed, also for what no type can refuse.
 import functools
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from beltrepro.base.checks import shown
@@ -32,7 +32,6 @@ from beltrepro.replication.plan.points import (
     QUANTITIES,
     SETTINGS,
     Point,
-    plain,
 )
 
 FIRST_BATCH = "0000"
@@ -94,19 +93,17 @@ class Plan:
         }
 
     def spec(self, name: str, batch: str = "") -> dict:
-        """Plain values that say what the file of a dataset, or of one of its batches, holds.
-
-        A job needs no more than those of its batch.
-        """
+        """Plain values that say what the file of a dataset, or of one of its batches, holds."""
         dataset = self.datasets[name]
-        whole = {"count": len(dataset.points)} | dataset.values()
+        if batch:
+            dataset = replace(dataset, points=dataset.batches[batch])
         return {
             "dataset": name,
             "kind": dataset.kind.name,
             "preset": self.preset,
             "run": self.run,
             "settings": dataset.settings,
-            "points": plain(dataset.batches[batch]) if batch else whole,
+            "points": {"count": len(dataset.points)} | dataset.values(),
         }
 
 

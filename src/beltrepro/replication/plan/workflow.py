@@ -16,6 +16,7 @@ from beltrepro.replication.plan import dependencies, registry
 from beltrepro.replication.plan.config import SOURCE, load_config
 from beltrepro.replication.plan.kinds import FILM, TRACK
 from beltrepro.replication.plan.plan import FIRST_BATCH, make_plan
+from beltrepro.replication.plan.points import plain, points_of
 
 
 @contextmanager
@@ -155,13 +156,13 @@ class Workflow:
         """Pattern of the datasets that one job simulates."""
         return "|".join(name for name, one in self.plan.datasets.items() if len(one.batches) == 1)
 
-    def spec_of_batch(self, wildcards: Any) -> dict:
-        """What the job of a batch, or of the only one of a dataset, is told."""
-        return self.plan.spec(wildcards.dataset, wildcards.get("batch", FIRST_BATCH))
+    def points(self, wildcards: Any) -> dict:
+        """The points of a batch, or of the only one of a dataset, as plain values."""
+        dataset = self.plan.datasets[wildcards.dataset]
+        return plain(dataset.batches[wildcards.get("batch", FIRST_BATCH)])
 
     def code_of_batch(self, wildcards: Any) -> str:
         """Code behind a batch: the function of its kind, and the integrators of its points."""
-        dataset = self.plan.datasets[wildcards.dataset]
-        batch = dataset.batches[wildcards.get("batch", FIRST_BATCH)]
-        methods = tuple(sorted({point.method for point in batch}))
-        return self.code("simulate", dataset.kind.record, methods=methods)
+        methods = tuple(sorted({point.method for point in points_of(self.points(wildcards))}))
+        kind = self.plan.datasets[wildcards.dataset].kind
+        return self.code("simulate", kind.record, methods=methods)
