@@ -265,6 +265,16 @@ def test_time_to_continuous_slip_is_that_of_the_events_of_each_run(laminar_time,
     assert times["escaped"].sum() == escapes
 
 
+def test_a_laminar_phase_is_longer_than_the_slips_of_heavy_blocks():
+    """At u = 10 a mass of 1e4 sticks every 628.3 for ever."""
+    law = {"linear_limit": np.inf, "rest_length": 5000.0}
+    chains = [ChainParameters(1, 10.0, mass=mass, **law) for mass in (1e4, 1.0)]
+    times = time_to_continuous_slip(chains, duration=5400.0)
+    assert not times["escaped"].any() and np.isnan(times.settings["laminar_time"])
+    assert scan(chains[0], duration=500.0).settings["laminar_time"] == 20_000
+    assert scan(chains[1], duration=500.0).settings["laminar_time"] == 200
+
+
 def test_vectors_of_shorter_chains_end_with_nan():
     rates = time_to_continuous_slip(CHAINS, duration=60.0)["final_stick_rate"]
     assert np.isnan(rates).tolist() == [[False] * 3, [False, True, True], [False, False, True]]

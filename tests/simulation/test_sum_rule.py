@@ -61,6 +61,11 @@ def test_wrong_friction_is_seen_where_the_energy_closes():
     assert wrong.sum_rule_residual == pytest.approx(0.46 / 0.45 - 1, rel=0.01)
 
 
+def test_a_share_of_no_friction_is_not_a_number():
+    run = simulate(ChainParameters(2, 5.0, friction_ratio=0.0), duration=20, transient=10)
+    assert np.isnan(run.sum_rule_residual) and run.mean_wall_tension > 0
+
+
 def test_a_scan_tells_the_same():
     chains = [ChainParameters(5, 20.0), ChainParameters(2, 7.0), ChainParameters(5, 30.0)]
     table = scan(chains, duration=100, transient=20)

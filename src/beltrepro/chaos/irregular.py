@@ -38,6 +38,7 @@ IRREGULAR = "irregular"
 _FIRST_WINDOW = 1000.0
 _LONGEST_WINDOW = 250_000.0
 _GROWTH = 0.5  # length of a window as a share of the time before it
+_EARLY = 1 / (1 + _GROWTH)  # share of a run before its last window, unless that is cut short
 # Of the irregular motion: in the first part the vector turns to its direction, and after the last
 # its growth is known well enough.
 _ALIGNED, _FOLLOWED = 500.0, 100_000.0
@@ -120,8 +121,7 @@ def time_to_orbit(
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    rests = [run.last_event - run.start <= duration / 2 and not run.settled for run in runs]
-    warn_of_rests(made.cases, np.array(rests))
+    warn_of_rests(made.cases, np.array([run.rests(duration) for run in runs]))
     settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
     return Results(columns(made) | table, settings)
 
@@ -152,6 +152,12 @@ class _Run:
     def followed(self) -> bool:
         """Whether a deviation goes along."""
         return self.case.method == METHOD and self.case.state.time - self.start < _FOLLOWED
+
+    def rests(self, duration: float) -> bool:
+        """Whether its blocks slip too rarely for returns in its last windows."""
+        late = self.start + _EARLY * duration
+        slips = sum(int(np.sum(times > late)) for times, _ in self.slips)
+        return not self.settled and slips < _FEWEST * self.case.parameters.n_blocks
 
     def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
         """Look for the end of the irregular motion in a window that has just been passed.

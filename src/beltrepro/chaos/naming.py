@@ -202,7 +202,7 @@ def slides(state: ChainState, last_event: float, since: float) -> bool:
 
 
 def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | None = None) -> None:
-    """Warn of runs that end in a time without events, too short for the slow motion of a chain."""
+    """Warn of runs with few events or none at the end, too short for the slow motion of a chain."""
     times = [(*_loading_and_cycles(cases[row]), row) for row in np.flatnonzero(rests).tolist()]
     if not times:
         return
@@ -216,7 +216,7 @@ def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | N
         advice = f"{longer}duration={duration} has slips to judge, and a longer one more of them"
     many = "" if len(cases) == 1 else f"{len(times)} of {len(cases)} chains: "
     warn(
-        f"{many}no block slips or sticks in the second half of the time that is judged "
+        f"{many}blocks slip too rarely in the time that is judged "
         f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; {advice}"
     )
 

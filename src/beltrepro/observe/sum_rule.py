@@ -34,7 +34,7 @@ def sum_rule_residual(
 ) -> np.ndarray:
     """What the sum rule does not explain of the mean pull of the wall (W,), as a share of N k.
 
-    Where blocks differ k is the mean of their friction; NaN where it depends on the velocity.
+    Where blocks differ k is the mean of their friction; NaN where it is 0 or depends on velocity.
     forward_slip : way (W,) that blocks slipped forward, from `ForwardSlip`.
     """
     chains = [state.parameters for state in begin]
@@ -46,7 +46,7 @@ def sum_rule_residual(
     gained = _belt_energies(end) - _belt_energies(begin)
     due = kinetic * (chains[0].n_blocks + 2 * forward_slip / (speed * time))
     missing = mean_wall_tension(begin, end) - due - gained / (speed * time)
-    return missing / (kinetic * chains[0].n_blocks)
+    return missing / (np.where(kinetic > 0, kinetic, np.nan) * chains[0].n_blocks)
 
 
 def _belt_energies(states: Sequence[ChainState]) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -17,6 +19,7 @@ from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import (
+    Case,
     Chains,
     PerChain,
     check_duration,
@@ -29,6 +32,7 @@ from beltrepro.simulation.setup import (
 
 SLIP_COLUMNS = 10  # of slip_count, at least: results of chains of few blocks are of one shape
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
+LAMINAR_TIME = 200.0  # in units of sqrt(mass / stiffness): 30 periods of one block
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
@@ -40,7 +44,7 @@ def scan(
     transient: float = 0.0,
     section_position: PerChain[float] | None = None,
     section_values: int = 500,
-    laminar_time: float = 200.0,
+    laminar_time: float | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Results:
@@ -57,8 +61,9 @@ def scan(
         `beltrepro.model.section_position`.
     section_values : int
         Crossings of the section kept for each chain, at most 100 000.
-    laminar_time : float
-        Shortest slip of the last block that counts as a laminar phase, model time.
+    laminar_time : float, optional
+        Shortest slip of the last block that counts as a laminar phase, model time; if not given 200
+        times sqrt(mass / stiffness) of each chain's heaviest block and softest spring.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -83,10 +88,10 @@ def scan(
     section_values = checks.key("section_values", section_values)
     checks.within("section_values", section_values, le=MOST_VALUES)
     settings: dict[str, Any] = {"transient": transient, "section_values": section_values}
-    settings |= {"laminar_time": checks.not_negative("laminar_time", laminar_time)}
     sections = section_positions(section_position, made.cases)
     loading = LoadingWatch(made.cases, duration, transient)
-    measure = partial(_scanned, sections, loading, **settings)
+    measure = partial(_scanned, sections, loading, **settings, laminar_time=laminar_time)
+    settings |= {"laminar_time": _laminar_time(laminar_time, made.cases)}
     results = gathered("scan", made, measure, progress, duration=duration, **settings)
     loading.warn()
     if section_position is not None and not results["section_count"].any():
@@ -102,7 +107,7 @@ def _scanned(
     *,
     transient: float,
     section_values: int,
-    laminar_time: float,
+    laminar_time: float | None,
 ) -> dict[str, np.ndarray]:
     """What a scan measures of a group of W chains: arrays with first axis W."""
     n_blocks, levels, start = group.chain.n_blocks, sections[group.indices], group.start + transient
@@ -111,6 +116,7 @@ def _scanned(
     moments = LengthMoments(len(begin), start)
     belt_velocities = np.array([state.parameters.belt_velocity for state in begin])
     section = SectionValues(belt_velocities, section_values, start)
+    laminar_time = _laminar_time(laminar_time, group.cases)
     slips, forward = SlipActivity(begin, start, laminar_time), ForwardSlip(begin)
     loading.observe(group, chains, moments, section, slips, forward)
     end, more = chains.state(), max(0, SLIP_COLUMNS - n_blocks)
@@ -128,13 +134,22 @@ def _scanned(
     }
 
 
+def _laminar_time(given: float | None, cases: Sequence[Case]) -> float:
+    """The shortest laminar phase: as given, or by the law of the chains; NaN of several laws."""
+    if given is not None:
+        return checks.not_negative("laminar_time", given)
+    laws = {(case.parameters.mass, case.parameters.stiffness) for case in cases}
+    times = {LAMINAR_TIME * math.sqrt(np.max(mass) / np.min(spring)) for mass, spring in laws}
+    return times.pop() if len(times) == 1 else math.nan
+
+
 @with_setup
 def time_to_continuous_slip(
     chains: Chains,
     *,
     duration: float,
     settle_time: float | None = None,
-    laminar_time: float = 200.0,
+    laminar_time: float | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Results:
@@ -155,8 +170,8 @@ def time_to_continuous_slip(
         The end of each run over which its final state is measured, model time; a tenth of the
         duration if not given. Where fewer than 10 samples, one about every 0.1, fall into it, r and
         <x_N> are NaN, with a warning.
-    laminar_time : float
-        Shortest slip of the last block that counts, model time.
+    laminar_time : float, optional
+        Shortest slip of the last block that counts, as in `scan`.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -176,18 +191,20 @@ def time_to_continuous_slip(
     settle_time = SETTLE_SHARE * duration if settle_time is None else settle_time
     settle_time = checks.within("settle_time", settle_time, gt=0, le=duration)
     settings: dict[str, Any] = {"duration": duration, "settle_time": settle_time}
-    settings |= {"laminar_time": checks.not_negative("laminar_time", laminar_time)}
-    measure, made = partial(_until_slip, **settings), setup_of(chains, setup)
+    made = setup_of(chains, setup)
+    measure = partial(_until_slip, **settings, laminar_time=laminar_time)
+    settings |= {"laminar_time": _laminar_time(laminar_time, made.cases)}
     return gathered("time to continuous slip", made, measure, progress, **settings)
 
 
 def _until_slip(
-    group: Group, *, duration: float, settle_time: float, laminar_time: float
+    group: Group, *, duration: float, settle_time: float, laminar_time: float | None
 ) -> dict[str, np.ndarray]:
     """When the W chains of a group come to continuous slip: arrays with first axis W."""
     start, settled = group.start, group.start + (duration - settle_time)
     chains, begin = integrator_of(group.cases), [case.state for case in group.cases]
     moments = LengthMoments(len(begin), settled)
+    laminar_time = _laminar_time(laminar_time, group.cases)
     slips = SlipActivity(begin, settled, laminar_time)
     observe(chains, duration, [moments, slips], group.report)
     final = moments_of(moments, chains)
