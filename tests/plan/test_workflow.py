@@ -257,14 +257,12 @@ def test_a_path_that_is_no_text_is_one_line(tmp_path):
 
 @pytest.mark.thorough
 def test_a_failed_job_is_one_line_and_once_more_at_the_end(tree):
-    """A batch is a folder, which no job can read."""
-    batch = tree / "results" / "failing" / "batches" / "u20" / "0000.h5"
-    (batch / "in").mkdir(parents=True)
-    target = "results/failing/datasets/u20.h5"
-    done = snakemake(tree, "--cores", "1", target, settings=["preset=smoke", "run=failing"])
+    """A dataset is a folder, which no job can read."""
+    (tree / "results/failing/datasets/u20.h5/in").mkdir(parents=True)
+    done = snakemake(tree, "--cores", "1", "fig11", settings=["preset=smoke", "run=failing"])
     errors = [line for line in done.stderr.splitlines() if line.lower().startswith("error")]
     assert done.returncode == 1
-    assert [line.partition(": ")[0] for line in errors] == ["error in rule join", "error"]
+    assert [line.partition(": ")[0] for line in errors] == ["error in rule draw", "error"]
     assert errors[0].partition(": ")[2] == errors[1].partition(": ")[2]
     assert "Traceback" not in done.stderr and "CalledProcessError" not in done.stderr
 
