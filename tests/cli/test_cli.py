@@ -167,6 +167,11 @@ def test_a_film_of_verlet_has_a_time_step_that_divides_the_time_between_frames(c
     assert "time_step = 5: must be" in said
 
 
+def test_a_table_without_an_end_is_told(command, tmp_path):
+    (tmp_path / "a.csv").write_text(RECORDING[:-1])
+    assert "its last line has no end" in command("analyse", tmp_path / "a.csv", "--json")[1]
+
+
 def test_analyse_says_whether_blocks_are_in_x(command, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(RECORDING)
