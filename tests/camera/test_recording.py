@@ -85,6 +85,12 @@ def test_r_is_right_down_to_a_block_at_rest(amplitude_m):
     assert not seen.low > seen.value
 
 
+def test_centimetres_of_two_blocks_are_told():
+    assert analyse(instants(10.0), np.full(240, 16.0)).mean_length == 16
+    with pytest.raises(NotEnoughDataError, match="centimetres"):
+        analyse(instants(10.0), np.full(240, 16.0), n_blocks=2)
+
+
 def test_the_length_of_blocks_lowers_r_as_much_as_it_raises_the_mean():
     time, x = bursts()
     held = lengths_of_blocks(5, 0.04)

@@ -119,7 +119,7 @@ def analyse(options: argparse.Namespace) -> None:
     blocks_m = lengths_of_blocks(options.n_blocks, options.block_length)
     track = Track.load(options.recording)
     settings = {"transient_s": options.transient, "window_s": options.window}
-    settings |= {"quiet": options.quiet, "blocks_m": blocks_m}
+    settings |= {"quiet": options.quiet, "blocks_m": blocks_m, "n_blocks": options.n_blocks}
     try:
         recording = recordings.analyse(track.time_s, track.x_m, **settings)
     except NotEnoughDataError as error:

@@ -97,6 +97,7 @@ def analyse(
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
     blocks_m: float = 0.0,
+    n_blocks: int = 5,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
 
@@ -107,6 +108,7 @@ def analyse(
     something else, a long slip of the last block (docs/experiment.md).
 
     blocks_m : lengths of blocks that x_m holds, taken off: x_N of the model has none.
+    n_blocks : of the chain; positions of fewer than five in centimetres are told by it.
     """
     time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
     require(
@@ -124,7 +126,7 @@ def analyse(
     )
     mean = position.mean() if position.size else 1.0  # `regimes` says that there are no samples
     require(
-        0 < mean < _LONGEST_M,
+        0 < mean < _LONGEST_M * min(1, n_blocks / 5) ** 2,  # the friction of all blocks adds up
         f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
     )
     parts = regimes(time, position, window_s=window_s, quiet=quiet)
