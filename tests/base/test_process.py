@@ -16,6 +16,7 @@ print("to whoever listens, \\u03c3")
 print("to whoever listens, \\u03c3", file=sys.stderr)
 with open(sys.argv[1], "w") as file:
     names = "HOME MPLBACKEND NUMBA_DISABLE_JIT NUMBA_NUM_THREADS PYTHONWARNINGS XDG_CACHE_HOME"
+    names += " SOURCE_DATE_EPOCH"
     told = {name: os.environ[name] for name in names.split() if name in os.environ}
     if "XDG_CACHE_HOME" in told:
         open(told["XDG_CACHE_HOME"] + "/a", "w").close()
@@ -46,7 +47,8 @@ def test_no_file_has_the_number_of_a_stream_that_is_closed(tmp_path, redirected)
         ({"MPLBACKEND": "notebook"}, False),
         ({"MPLBACKEND": "QtAgg"}, True),
         ({"NUMBA_DISABLE_JIT": "1", "NUMBA_NUM_THREADS": "0", "PYTHONWARNINGS": "error"}, False),
-        ({"NUMBA_NUM_THREADS": "2"}, True),
+        ({"NUMBA_NUM_THREADS": "2", "SOURCE_DATE_EPOCH": "1753430400"}, True),
+        ({"SOURCE_DATE_EPOCH": "9" * 17}, False),
     ],
 )
 def test_variables_that_break_what_is_imported_are_not_passed_on(tmp_path, variables, kept):

@@ -76,6 +76,8 @@ def git(tree, *arguments):
 def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert version_of() == "1.2"  # no checkout
     git(tmp_path, "init", "-q")
+    git(tmp_path, "commit", "-q", "--allow-empty", "-m", "of another project")
+    assert version_of() == "1.2"
     git(tmp_path, "add", ".")
     git(tmp_path, "commit", "-qm", "first")
     commit = git(tmp_path, "rev-parse", "HEAD")[:12]
@@ -91,6 +93,7 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
 def test_the_commit_is_that_of_the_tree_whoever_asks_and_owns_it(version_of, tmp_path, monkeypatch):
     for tree, text in ((tmp_path, "ours"), (tmp_path / "other", "another")):
         git(tmp_path, "init", "-q", str(tree))
+        git(tree, "add", ".")
         git(tree, "commit", "-q", "--allow-empty", "-m", text)
     (tmp_path / ".git" / "info" / "exclude").write_text("*")
     commit = git(tmp_path, "rev-parse", "HEAD")[:12]

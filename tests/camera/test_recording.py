@@ -77,6 +77,20 @@ def test_intervals_hold_the_truth_of_95_in_100_recordings(memory_s):
     assert 181 <= held["r"] <= 198 and 181 <= held["length"] <= 198
 
 
+@pytest.mark.parametrize("amplitude_m", [0.0, 1e-8, 1e-3])
+def test_r_is_right_down_to_a_block_at_rest(amplitude_m):
+    time = instants(120.0)
+    seen = analyse(time, 0.8 + amplitude_m * np.sin(2 * np.pi * time)).disorder
+    assert seen.value == pytest.approx(amplitude_m / np.sqrt(2) / 0.8, rel=1e-3, abs=0)
+    assert not seen.low > seen.value
+
+
+def test_centimetres_of_two_blocks_are_told():
+    assert analyse(instants(10.0), np.full(240, 16.0)).mean_length == 16
+    with pytest.raises(NotEnoughDataError, match="centimetres"):
+        analyse(instants(10.0), np.full(240, 16.0), n_blocks=2)
+
+
 def test_the_length_of_blocks_lowers_r_as_much_as_it_raises_the_mean():
     time, x = bursts()
     held = lengths_of_blocks(5, 0.04)

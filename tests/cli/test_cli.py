@@ -160,6 +160,18 @@ def test_a_chain_is_filmed_tracked_and_analysed(command, tmp_path, monkeypatch):
 RECORDING = "time_s,x_m\n" + "".join(f"{row / 24},{0.8 + 0.01 * (row % 9)}\n" for row in range(60))
 
 
+def test_a_film_of_verlet_has_a_time_step_that_divides_the_time_between_frames(command, tmp_path):
+    options = CHAIN | {"method": "verlet", "time_step": 0.004, "output": tmp_path / "a.mp4"}
+    assert command("film", "--json", **options)[0]["frames"] == 37
+    _, said = command("film", "--force", status=2, **options | {"time_step": 5})
+    assert "time_step = 5: must be" in said
+
+
+def test_a_table_without_an_end_is_told(command, tmp_path):
+    (tmp_path / "a.csv").write_text(RECORDING[:-1])
+    assert "its last line has no end" in command("analyse", tmp_path / "a.csv", "--json")[1]
+
+
 def test_analyse_says_whether_blocks_are_in_x(command, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(RECORDING)

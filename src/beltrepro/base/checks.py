@@ -163,12 +163,18 @@ def _as_numbers(value: Any) -> np.ndarray:
 
 def _as_array(value: Any) -> np.ndarray | None:
     """The value as an array; None if something of it would be lost, or it makes none."""
+    if not is_sequence(value):
+        return None
+    try:
+        return None if _has_more(value) else np.asarray(value)
+    except Exception:  # lists of different lengths; arrays of somebody else on another device
+        return None
+
+
+def _has_more(value: Any) -> bool:
+    """Whether a value, or one in its lists, has a unit or a mask, which an array would lose."""
     kind = type(value)  # as a table may have a column of such a name
     has_unit = hasattr(kind, "unit") or hasattr(kind, "units")
     is_masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
-    if has_unit or is_masked or not is_sequence(value):
-        return None
-    try:
-        return np.asarray(value)
-    except Exception:  # lists of different lengths; arrays of somebody else on another device
-        return None
+    is_list = isinstance(value, list | tuple)
+    return has_unit or is_masked or (is_list and any(map(_has_more, value)))

@@ -17,7 +17,7 @@ _ALLOWED = {
     "NUMBA_DISABLE_JIT": "0",
     "NUMBA_NUM_THREADS": r"[1-9]\d*",
     "PYTHONWARNINGS": "(default|ignore)",  # "error" ends whatever has something to say
-    "SOURCE_DATE_EPOCH": r"\d+",
+    "SOURCE_DATE_EPOCH": r"\d{1,11}",  # a year that `datetime` knows
 }
 _CACHES = ("XDG_CACHE_HOME", "MPLCONFIGDIR")
 

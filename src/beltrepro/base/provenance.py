@@ -48,15 +48,19 @@ def code_version() -> str:
 
 
 def _commit_of_git(tree: Path) -> str:
-    """The commit that is checked out; empty if git is not there."""
-    options = ["--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
+    """The commit that is checked out; empty if git is not there, or tracks something else."""
+    tracked = ["ls-files", "--error-unmatch", str(ROOT.relative_to(tree))]
+    described = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
     # git asks whose the tree is before it reads settings in it; code of the tree runs here already
-    command = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(tree), "describe"]
+    git = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(tree)]
     # hooks and `git rebase --exec` name their own repository and index in variables
     own = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     try:
-        done = subprocess.run([*command, *options], capture_output=True, text=True, env=own)
-    except OSError:
+        for words in (tracked, described):
+            done = subprocess.run(
+                [*git, *words], capture_output=True, text=True, env=own, check=True
+            )
+    except (OSError, subprocess.CalledProcessError):
         return ""
     return done.stdout.strip()
 

@@ -1,13 +1,15 @@
 """Commands of the experiment: film, track, analyse."""
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
 
 import beltrepro
-from beltrepro.base.checks import not_negative, positive
+from beltrepro.base.checks import not_negative, positive, within
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.cli import options as shared
+from beltrepro.model.parameters import LIMITS
 from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.camera.scene import Camera, Scene, camera_settings, lengths_of_blocks
 
@@ -29,16 +31,21 @@ def film(options: argparse.Namespace) -> None:
     """Film one chain, as a camera above the treadmill would.
 
     The film is an ordinary video, which `beltrepro track` measures with the scale and zero that are
-    printed. The transient is not filmed.
+    printed. The transient is not filmed. The time step of verlet becomes one that divides the time
+    between frames.
     """
     from beltrepro.replication.camera import camera as cameras
 
     chain = shared.chain_of(options)
     camera = Camera(**shared.values(options, *camera_settings()), seed=options.seed)
+    interval = 1 / camera.frames_per_second / TIME_S
+    if options.method == "verlet":
+        steps = math.ceil(interval / within("time_step", options.time_step, **LIMITS["time_step"]))
+        options.time_step = interval / steps
     run = beltrepro.simulate(
         chain,
         **shared.settings_of(options),
-        sample_interval=1 / camera.frames_per_second / TIME_S,
+        sample_interval=interval,
         sample_start=options.transient,
         progress=shared.progress_of(chain.describe()),
     )
@@ -112,7 +119,7 @@ def analyse(options: argparse.Namespace) -> None:
     blocks_m = lengths_of_blocks(options.n_blocks, options.block_length)
     track = Track.load(options.recording)
     settings = {"transient_s": options.transient, "window_s": options.window}
-    settings |= {"quiet": options.quiet, "blocks_m": blocks_m}
+    settings |= {"quiet": options.quiet, "blocks_m": blocks_m, "n_blocks": options.n_blocks}
     try:
         recording = recordings.analyse(track.time_s, track.x_m, **settings)
     except NotEnoughDataError as error:

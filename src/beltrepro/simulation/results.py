@@ -78,7 +78,7 @@ class Results(Arrays):
         columns = {name: array for name, array in self.items() if array.shape == shape}
         if np.isnan(columns.get("tolerance", 0.0)).all():  # of methods that have none
             del columns["tolerance"]
-        for name in self.axes:
+        for name in QUANTITIES:
             if self[name].ndim > 1:
                 columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
         return frame(columns)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -97,6 +97,7 @@ def analyse(
     window_s: float = WINDOW_S,
     quiet: float = QUIET,
     blocks_m: float = 0.0,
+    n_blocks: int = 5,
 ) -> Recording:
     """Analyse a recording of the last block, with frames at any instants.
 
@@ -107,6 +108,7 @@ def analyse(
     something else, a long slip of the last block (docs/experiment.md).
 
     blocks_m : lengths of blocks that x_m holds, taken off: x_N of the model has none.
+    n_blocks : of the chain; positions of fewer than five in centimetres are told by it.
     """
     time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
     require(
@@ -124,13 +126,14 @@ def analyse(
     )
     mean = position.mean() if position.size else 1.0  # `regimes` says that there are no samples
     require(
-        0 < mean < _LONGEST_M,
+        0 < mean < _LONGEST_M * min(1, n_blocks / 5) ** 2,  # the friction of all blocks adds up
         f"the mean of x_N is {mean:.3g} m: centimetres and millimetres must become metres",
     )
     parts = regimes(time, position, window_s=window_s, quiet=quiet)
-    moments = estimates.sums_in_stretches(position, parts.weight_s)
+    middle = float(np.median(position))  # of a block at rest it leaves 0, a mean what it rounds off
+    moments = estimates.sums_in_stretches(position - middle, parts.weight_s)
     disorder, length = (
-        estimates.mapped(np.exp, estimates.from_stretches(log, moments))
+        estimates.mapped(np.exp, estimates.from_stretches(partial(log, middle), moments))
         for log in (_log_disorder, _log_mean)
     )
     spectra = _spectra(time, position, parts)
@@ -189,16 +192,16 @@ def stretches(time: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     return np.column_stack([time[change[::2]], time[change[1::2] - 1]])
 
 
-def _log_mean(moments: np.ndarray) -> float:
+def _log_mean(middle: float, moments: np.ndarray) -> float:
     weight, first, _ = moments
-    return math.log(first / weight)
+    return math.log(middle + first / weight)
 
 
-def _log_disorder(moments: np.ndarray) -> float:
-    """ln r of sums of weights, x_N and its squares: errors of a factor are alike for all r."""
+def _log_disorder(middle: float, moments: np.ndarray) -> float:
+    """ln r of sums of weights, x_N - middle and its squares: errors of a factor are alike for r."""
     weight, first, second = moments
     variance = second / weight - (first / weight) ** 2
-    return math.log(variance) / 2 - _log_mean(moments) if variance > 0 else -math.inf
+    return math.log(variance) / 2 - _log_mean(middle, moments) if variance > 0 else -math.inf
 
 
 def _even(time: np.ndarray, position: np.ndarray, interval: float) -> np.ndarray:

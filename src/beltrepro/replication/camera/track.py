@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,8 @@ class Track:
             time_s, x_m = _columns(text)
         except ValueError as reason:
             raise InputError(f"{path}: {reason}") from None
+        if not text.endswith("\n"):
+            warnings.warn(f"{path}: its last line has no end: was it cut off?", stacklevel=2)
         try:
             said = json.loads(text.partition("\n")[0].removeprefix("#"))
             lost_s, scale, zero, angle = (said[name] for name in _SETTINGS)
