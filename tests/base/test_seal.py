@@ -44,6 +44,16 @@ def test_each_flipped_missing_or_added_byte_is_found(tmp_path, ending):
             seal.check(path)
 
 
+def test_each_piece_of_a_long_file_counts(tmp_path):
+    path = tmp_path / "a.mp4"
+    path.write_bytes(8000 * BYTES)
+    seal.put(path)
+    assert seal.check(path) == 8000 * len(BYTES)
+    for place in range(0, 8000 * len(BYTES), 1 << 19):
+        with flipped(path, place), pytest.raises(InputError, match="damaged"):
+            seal.check(path)
+
+
 @pytest.fixture
 def saved(tmp_path):
     """A file of HDF5."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from advancing import at_rest, integrator, recorded
-from beltrepro import ChainParameters
+from beltrepro import ChainParameters, simulate, slipping_state
 from beltrepro.engine import verlet_integrator
 from beltrepro.engine.verlet_integrator import VerletIntegrator
 
@@ -91,6 +91,19 @@ def test_noise_and_long_steps_go_step_by_step():
     stiff = ChainParameters(3, 5.0, compression_rate=2.0)
     assert name(quiet) == "leaping verlet"
     assert {name(quiet, noisy), name(quiet, time_step=0.002), name(stiff)} == {"literal verlet"}
+
+
+def test_blocks_draw_noise_of_their_own_step_by_step():
+    chain = ChainParameters(4, 40.0, 5.0)
+    run = simulate(
+        chain,
+        duration=300,
+        transient=100,
+        method="verlet",
+        initial_state=slipping_state(chain, 1e-3),
+    )
+    correlations = np.corrcoef(run.friction.T)[np.triu_indices(4, 1)]
+    assert np.abs(correlations).max() < 0.1  # of 2000 samples
 
 
 def test_leaps_are_the_steps_where_impacts_compress_springs_further():

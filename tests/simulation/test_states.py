@@ -368,6 +368,15 @@ def test_a_run_is_equal_to_what_it_saved(tmp_path, method, interval):
     assert len(repr(run)) < 150 and len(repr(run.final_state)) < 100 and "\n" not in repr(run)
 
 
+def test_a_file_keeps_the_scheme_of_a_state_that_came_from_another(tmp_path):
+    chain = ChainParameters(3, 20.0)
+    lengths = {"duration": 5, "transient": 0, "method": "verlet", "sample_interval": 0.5}
+    coarse = simulate(chain, time_step=0.002, **lengths).final_state
+    run = simulate(chain, initial_state=coarse, **lengths)
+    run.save(tmp_path / "run.h5")
+    assert Run.load(tmp_path / "run.h5").initial_state.scheme.time_step == 0.002
+
+
 def test_a_file_that_holds_no_run_is_refused_in_one_line(tmp_path):
     (tmp_path / "text.h5").write_text("no")
     store.write(tmp_path / "scan.h5", {"x": np.zeros(3)}, {"kind": "scan"})
