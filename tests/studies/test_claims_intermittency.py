@@ -86,8 +86,10 @@ def series(lengths, *, chaotic="noise", laminar="lines", between=900.0):
             rows += [(start, 5, "slip"), (start + 15, 5, "stick")]
         rows += [(begin, 5, "slip"), (end, 5, "stick")]
     events = np.array(rows, dtype=[("time", "f8"), ("block", "i8"), ("kind", "U5")])
-    arrays = {"time": instants, "events": events, "positions": np.tile(position[:, None], 5)}
-    attributes = {"transient": 0.0, "duration": duration, "n_blocks": 5}
+    positions = np.tile(position[:, None], 5)
+    arrays = {"time": instants, "events": events, "positions": positions}
+    arrays["velocities"] = np.zeros_like(positions)
+    attributes = {"transient": 0.0, "duration": duration, "n_blocks": 5, "belt_velocity": 19.0}
     return Dataset(arrays, attributes)
 
 
