@@ -56,6 +56,14 @@ def test_very_slow_chains_get_advice_that_helps_or_hear_that_none_does():
     assert line.endswith("; it lasts longer than a run may (1e+12)")
 
 
+def test_a_late_window_of_less_than_a_slow_motion_is_told_of():
+    """r = 0.23, 0.18 and 0.12 over many cycles; all three windows lie in a rise of the springs."""
+    grid, longer = Grid([1, 2, 5], 0.05), r"3 of 3 chains: less than a slow motion is measured"
+    (line,) = lines(scan, grid, duration=40_300.0, transient=40_000.0)
+    assert re.match(longer, line)
+    assert not lines(scan, grid, duration=45_000.0, transient=40_000.0)
+
+
 def test_several_chains_get_one_line_with_the_one_that_takes_longest():
     (line,) = lines(scan, Grid([2, 5, 10], [1.0, 30.0]), duration=3000.0)
     assert re.match(r"\d of 6 chains: loading is measured too \(N=10, u=1", line)
@@ -67,7 +75,8 @@ def test_a_later_state_of_undeformed_springs_has_loaded_nothing():
 
 
 def test_going_on_from_a_loaded_state_needs_no_transient():
-    loaded = simulate(SLOW, duration=1400.0, transient=1300.0, **NO_SAMPLES).final_state
+    with pytest.warns(match="less than a slow motion"):
+        loaded = simulate(SLOW, duration=1400.0, transient=1300.0, **NO_SAMPLES).final_state
     assert not lines(simulate, SLOW, duration=2000.0, initial_state=loaded, **NO_SAMPLES)
 
 

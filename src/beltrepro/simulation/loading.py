@@ -32,7 +32,8 @@ class LoadingWatch:
         cases, end = group.cases, group.start + self._duration
         history = LengthHistory(len(cases), group.start + self._transient, end)
         loaded = all(
-            _age(case) + self._transient >= _SURELY * _loading_time(case) for case in cases
+            _age(case) + self._transient >= _SURELY * _loading_time(case) and not self._brief(case)
+            for case in cases
         )
         watching = observers if loaded else (*observers, history)
         observe(chains, self._duration, watching, group.report)
@@ -64,7 +65,9 @@ class LoadingWatch:
         )
 
     def _needed(self, case: Case, length: float) -> float:
-        """A transient that leaves the loading of a run out, of two digits."""
+        """A transient that leaves the loading of a run out, of two digits; 0 if it has loaded."""
+        if self._brief(case) and self._transient >= _loading_time(case):
+            return 0.0
         seen = self._transient + length if math.isfinite(length) else 0.0
         time = _AMPLE * (max(_loading_time(case) - _age(case), seen) or self._duration)
         if time > LONGEST:
@@ -79,7 +82,13 @@ class LoadingWatch:
         left_out, loading = _age(case) + self._transient, _loading_time(case)
         if _age(case) > 0:  # its motion may be as slow as that
             slowest = max(slowest, loading)
-        return measured >= _PERIODS * slowest or left_out < loading
+        return measured >= _PERIODS * slowest or left_out < loading or self._brief(case)
+
+    def _brief(self, case: Case) -> bool:
+        """Whether a run, no piece of a longer one, measures less than the belt takes to load it."""
+        chain = case.parameters
+        whole = (balance_length(chain) - chain.rest_positions[-1]) / chain.belt_velocity
+        return not _age(case) and self._duration - self._transient < whole
 
 
 def _loading_time(case: Case) -> float:
