@@ -140,7 +140,7 @@ def _distance(first, second):
     if not (first.size and second.size):
         return 0.0
     # `scipy.stats.ks_2samp` also finds a p, which takes ten times as long
-    values = np.concatenate([first, second])
+    values = np.sort(np.concatenate([first, second]))  # in order they are found faster
     below = [
         np.searchsorted(np.sort(runs), values, "right") / runs.size for runs in (first, second)
     ]
