@@ -2,8 +2,28 @@
 # filmed, and the last block is tracked in the films.
 
 
+rule compile:
+    "Compile an integrator: jobs that did so for themselves would take three times as long."
+    output:
+        touch("<results>/kernels/{method}.compiled"),
+    log:
+        "<logs>/kernels/{method}.log",
+    benchmark:
+        "<benchmarks>/kernels/{method}.tsv"
+    conda:
+        ENVIRONMENT
+    params:
+        code=FLOW.code("compile", "beltrepro.extras.cache"),
+    message:
+        "Compiling {wildcards.method}"
+    script:
+        "../scripts/compile.py"
+
+
 rule simulate:
     "Simulate one batch of points of a dataset."
+    input:
+        ancient(FLOW.kernels),
     output:
         "<results>/batches/{dataset}/{batch}.h5",
     log:

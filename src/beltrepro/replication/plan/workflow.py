@@ -113,6 +113,7 @@ class Workflow:
         """Patterns of the wildcards."""
         return {
             "dataset": "|".join(self.datasets),
+            "method": "|".join(dependencies.INTEGRATORS),
             "film": "|".join(self.plan.films),
             "table": "|".join(table.file(name) for name, table in self.tables.items()),
             "figure": "|".join(self.figures),
@@ -163,6 +164,13 @@ class Workflow:
 
     def code_of_batch(self, wildcards: Any) -> str:
         """Code behind a batch: the function of its kind, and the integrators of its points."""
-        methods = tuple(sorted({point.method for point in points_of(self.points(wildcards))}))
         kind = self.plan.datasets[wildcards.dataset].kind
-        return self.code("simulate", kind.record, methods=methods)
+        return self.code("simulate", kind.record, methods=self._methods(wildcards))
+
+    def kernels(self, wildcards: Any) -> list[str]:
+        """What says that the integrators of a batch are compiled."""
+        return [f"<results>/kernels/{method}.compiled" for method in self._methods(wildcards)]
+
+    def _methods(self, wildcards: Any) -> tuple[str, ...]:
+        """Integrators of the points of a batch."""
+        return tuple(sorted({point.method for point in points_of(self.points(wildcards))}))
