@@ -11,7 +11,7 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-min_version("9.12")
+min_version("9.12")  # the first that has `pathvars`
 
 
 include: "workflow/rules/common.smk"

@@ -41,6 +41,7 @@ wildcard_constraints:
 
 def refuse_unknown_targets():
     """End with one line if the command line asks for what no rule makes."""
+    # .../bin/snakemake, or .../snakemake/__main__.py; other programs have arguments of their own
     is_command = workflow.is_main_process and "snakemake" in Path(sys.argv[0]).parts[-2:]
     targets = [one.name for one in workflow.rules if not one.has_wildcards()]
     for name in get_argument_parser().parse_known_args()[0].targets if is_command else ():

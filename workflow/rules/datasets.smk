@@ -1,5 +1,8 @@
 # Datasets: their points are simulated, those of large ones in batches that are joined. Some are
 # filmed, and the last block is tracked in the films.
+#
+# `code` among the params is a hash of all modules behind a job. Snakemake sees no imports, but runs
+# a job again whose params have changed.
 
 
 rule compile:
@@ -23,6 +26,7 @@ rule compile:
 rule simulate:
     "Simulate one batch of points of a dataset."
     input:
+        # for the order alone: kernels that are compiled again change no result
         ancient(FLOW.kernels),
     output:
         "<results>/batches/{dataset}/{batch}.h5",
@@ -57,6 +61,7 @@ use rule simulate as simulate_whole with:
         "Simulating {wildcards.dataset}"
 
 
+# Both make the file of a dataset, and what is one batch needs no join.
 ruleorder: simulate_whole > join
 
 

@@ -1,4 +1,5 @@
 # Results: tables, figures, each a target of its own, claims, and the report that shows everything.
+# Rules that only name files are local, so that a cluster gets no job for them.
 
 
 rule derive:
@@ -122,6 +123,7 @@ rule report:
         preset=FLOW.plan.preset,
         settings=FLOW.plan.settings(),
         benchmarks=f"results/{RUN}/benchmarks",
+        # of all jobs this one alone prints captions
         code=lambda wildcards: FLOW.code("report", "beltrepro.replication.report.page", words=True),
     message:
         "Writing the report"

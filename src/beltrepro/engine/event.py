@@ -331,6 +331,7 @@ def _cross(order, lane, i, start, group, scratch, crossings):
     """Downward crossings of the section within the step of one chain."""
     chain, series, step = lane + i, scratch.series, scratch.step[i]
     belt_velocity = group.belt_velocity[chain]
+    # nearer to a crossing rounding decides on the side, so the search for the next begins beyond
     resolution = 1e-14 * max(step, 1.0)
     above = series.position[at(0, crossings.block + 1) + i] >= crossings.level[chain]
     passed = 0.0
@@ -382,7 +383,7 @@ def _locate_crossing(
 ):
     """Instant of a crossing: Newton's method in its bracket, by halves where it leaves it."""
     place = 0.5 * (low + high)
-    for _ in range(60):
+    for _ in range(60):  # 44 halvings would do
         value, slope = value_and_slope(order, series.position, crossings.block + 1, i, place)
         value += belt_velocity * place - crossings.level[chain]
         if (value >= 0.0) != above:
@@ -465,6 +466,7 @@ def move(order, noisy, lane, moving, step, group, series):
         store(chains.dissipated, place, load(chains.dissipated, place) + loss)
         store(chains.displacement, place, fma(belt, step, position))
         store(chains.velocity, place, relative)
+        # of events at one instant the next comes in a step of no length: the spring is still there
         flag = load(chains.branch_changed, place)
         store(chains.branch_changed, place, select(step > 0.0, 0.0, flag))
 
@@ -597,7 +599,8 @@ class Hooks(NamedTuple):
 @functools.cache
 def advance_kernel(noisy: bool, hooks: Hooks) -> Callable:
     """The kernel for chains with noise, or for those without."""
-    # of the series, and of the instants of events, as a share of the step; the noise is approximate
+    # of the series, and of the instants of events, as a share of the step: a few roundings, so that
+    # a contact is missed by rounding alone; with noise, which is approximate itself, less will do
     order, resolution = (NOISY_ORDER, 1e-10) if noisy else (ORDER, 1e-15)
     series_made, moved, event_applied = hooks
 
@@ -644,6 +647,7 @@ def advance_kernel(noisy: bool, hooks: Hooks) -> Callable:
                     waiting &= waiting - 1
                     wait_on_belt(lane, i, span.end, group, scratch)
                 step = load(scratch.step, (0,))
+                # the end itself, to the bit: now + (end - now) may be rounded
                 later = select(step >= remaining, span.end, now + step)
 
                 if records.crossings.block >= 0:
@@ -656,7 +660,8 @@ def advance_kernel(noisy: bool, hooks: Hooks) -> Callable:
                 move(order, noisy, lane, moving, step, group, series)
                 store(chains.time, (lane,), later)
                 if noisy:
-                    # cells of the noise end with the slips
+                    # cells of the noise end with the slips: at rest no noise acts, and white noise
+                    # after it owes nothing to that before
                     rest = load(chains.cell, (lane,))
                     rest = select(step >= rest, 0.0, rest - step)
                     store(chains.cell, (lane,), select(sliding, rest, 0.0))

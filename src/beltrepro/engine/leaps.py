@@ -84,7 +84,8 @@ from beltrepro.engine.taylor import (
 from beltrepro.engine.vector import inlined, kernel, maximum, minimum, separate_arrays, zeros
 
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
-# Last terms of the series of F_ex allowed at the end of a leap.
+# Last terms of the series of F_ex allowed at the end of a leap. As for `event`: the first one that
+# is left out moves a position by less, by two powers of the leap and a factor of some hundreds.
 _TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there: the curve
 # leaves out dt^4, and the scheme looks at positions that are rounded.
@@ -351,6 +352,7 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
     inverse_step = 1.0 / group.time_step
     n_blocks = group.chains.direction.shape[0]
     reach = taylor_step(ORDER, math.log2(_TOLERANCE), None, scratch.series) * inverse_step
+    # one step at least, or the chain would stand still
     reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
     reach = select(leaping, reach, 0.0)
     longest = reach * group.time_step
@@ -404,11 +406,13 @@ def _leap_block(lane, block, moved, step, belt, group, series):
     position, speed = polynomial(ORDER, series.position, block + 1, step)
     pull, rise, bend = _with_derivatives(series.force, block, step)
     a = square * (pull - heading * kinetic)
+    # F has no friction, which is constant: its derivatives are those of a
     central = fma(speed, dt, rise * (cube / 6.0))
     w = fma(a, -0.5, central)
     rise = rise * cube
     bend = bend * (square * square)
     before = fma(bend, 0.5, a - rise)
+    # the step before had a(t-dt) and a(t-2 dt), both by Taylor's series about its end
     v = _scheme_velocity(w, before, fma(bend, 2.0, a - 2.0 * rise))
     changed = moved & (heading != 0.0)
     store(chains.slip_step, place, select(changed, w, load(chains.slip_step, place)))
@@ -491,10 +495,12 @@ def _step_block(lane, block, taken, first_step, group, scratch, events):
     loss = load(chains.dissipated, place)
     if mask_bits(changed) != 0:
         _record_turns(lane, block, changed, old, new, external, first_step, group, events)
+        # a stuck block has no w and no a(t-dt); one that reverses keeps both, as in the Appendix
         keeps = ~changed | (old * new != 0.0)
         before = select(keeps, before, 0.0)
         w = select(keeps, w, 0.0)
         store(chains.threshold, place, select(changed, threshold, load(chains.threshold, place)))
+    # where the block has just turned, v_r is still that of the other way
     speed = maximum(new * velocity, 0.0) / dt
     kinetic = _braking(lane, block, speed, group.law, group.varied, group.noise)
     a = dt * dt * (external - new * kinetic) * inverse_mass(group.varied, block)
@@ -640,12 +646,14 @@ def _record_crossing(chain, i, high, height, start, group, series, crossings):
     time = high * dt
     belt_step = belt_velocity * dt
     _, c1, c2, c3, c4 = _shifted(time, crossings.block + 1, i, series)
+    # w = x(t) - x(t-dt) - u dt by the series about the end of the step
     w = dt * (c1 - dt * (c2 - dt * (c3 - dt * c4)))
     share = height / (w + belt_step)
     crossings.rows[chain, slot, 0] = (start + high - share) * dt
     for block in range(n_blocks):
         c0, c1, c2, c3, c4 = _shifted(time, block + 1, i, series)
         w = dt * (c1 - dt * (c2 - dt * (c3 - dt * c4)))
+        # a = x'' + dt^2/12 x'''' at t - dt; the velocity of the scheme is x' - dt^3/4 x''''
         a = 2.0 * c2 - dt * (6.0 * c3 - 14.0 * dt * c4)
         v = c1 - 6.0 * dt**3 * c4
         place = fma(belt_velocity, time, c0)
@@ -726,6 +734,7 @@ def _sample_leap(lane, i, leap, group, series, samples):
             heading = chains.direction[block, chain]
             position, relative = evaluate_one(ORDER, series, block, i, since)
             if heading != 0.0:
+                # the velocity of the scheme is x' - dt^3/4 a''
                 relative = fma(_bend_one(block, i, since, series.force), -0.25 * cube, relative)
             shifted = fma(group.belt_velocity[chain], since, position)
             friction = spread(heading * -kinetic)

@@ -123,6 +123,7 @@ def start_springs(law, varied, regime, lane, series):
         change = speed - speed_before
         place_before = place
         speed_before = speed
+        # by its branch, not its deformation: at a change rounding leaves that on either side
         linear = branch == 0.0
         excess = select(linear, 0.0, fma(branch, -limit, deformation))
         slope, rate, softness = curved_branch(excess, branch < 0.0, law)

@@ -177,6 +177,7 @@ def from_resamples(
     reach = scipy.stats.t.ppf((1 + CONFIDENCE) / 2, runs - 1) * math.sqrt(runs / (runs - 1))
     tail = scipy.stats.norm.sf(reach)
     low, high = np.quantile(finite, [tail, 1 - tail])
+    # a value outside the quantiles of its own resamples is an end of the interval
     below, above = (
         math.hypot(max(0.0, side), grid_spacing / 2) for side in (value - low, high - value)
     )
@@ -246,6 +247,7 @@ def sums_in_stretches(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     least = 2 * STRETCHES  # with fewer some stretches would be empty, and count as independent
     require(values.size >= least, f"{values.size} values, {least} are needed for an interval")
     share = (np.cumsum(weights) - weights / 2) / weights.sum()
+    # a last value without weight has a share of 1
     place = np.minimum((STRETCHES * share).astype(int), STRETCHES - 1)
     terms = (weights, weights * values, weights * values**2)
     return np.stack([np.bincount(place, term, STRETCHES) for term in terms], axis=1)
@@ -268,6 +270,7 @@ def from_stretches(statistic: Callable[[np.ndarray], float], parts: np.ndarray) 
         return Estimate(value, math.nan, math.nan, 1)
     excess = (count - 1) * (without.mean() - without)  # of a stretch over the mean of all
     squares = float((excess**2).sum())
+    # unlike neighbours, too, are no more than K independent stretches
     alike = max(0.0, float((excess[1:] * excess[:-1]).sum()) / squares) if squares else 0.0
     independent = count * (1 - alike) / (1 + alike)
     if independent < 2:

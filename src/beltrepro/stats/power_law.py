@@ -12,7 +12,7 @@ from scipy.special import boxcox, inv_boxcox
 
 from beltrepro.base.errors import require
 
-LEAST_VALUES = 50
+LEAST_VALUES = 50  # a rule of thumb of Clauset et al. (see `goodness_of_fit`), their Sec. 3.2
 _ONE_END = 1e-6  # share of ln(high / low) by which the mean of ln x must be off both ends
 
 

@@ -24,11 +24,13 @@ _ROUNDING = 1e-12  # of the values of a series
 # three stretches tell their scatter so badly that the interval says nothing.
 _STRETCHES, _LEAST_STRETCHES, _LEAST_CYCLES = 8, 4, 4
 
-BAND_HZ = (0.2, 3.9)
+BAND_HZ = (0.2, 3.9)  # up to the end of FIT_BAND in Hz
 SEGMENT_S = 20.0
 LEAST_PEAKS = 4
+# Over the median: noise, whose power by one segment is distributed exponentially, exceeds that at
+# one frequency in 2^10, and at far fewer by several.
 _HEIGHT = 10.0
-_SURROUNDINGS_HZ = 0.8
+_SURROUNDINGS_HZ = 0.8  # 16 frequencies: a line is 3 wide, and two do not raise their median
 _APART = 3  # frequencies between peaks, at least: a line is so wide
 _RANDOM_SETS = 1000
 

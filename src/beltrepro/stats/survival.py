@@ -35,8 +35,11 @@ MINIMUM_ENDS = 3  # fewer ends tell no distribution
 # Share of its duration up to which the ends of a run of kind settling are all known. Its state must
 # come back before a run counts as settled, which takes up to some 40000 time units after the end.
 SEEN = 0.5
-LONGEST_START = 0.1  # share of the horizon that may pass before runs are counted
-_SLOWEST = 1e-6  # rate of ends, times the horizon, that is as good as none
+# Share of the horizon that may pass before runs are counted: an exponent near zero would leave
+# nothing to count.
+LONGEST_START = 0.1
+# Rate of ends, times the horizon, that is as good as none: at 0 the formulas divide by it.
+_SLOWEST = 1e-6
 
 
 def observed(
@@ -64,6 +67,7 @@ def kaplan_meier(lifetime: np.ndarray, ended: np.ndarray) -> SurvivalCurve:
     curve = scipy.stats.ecdf(_censored(lifetime, ended)).sf
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The confidence interval is undefined", RuntimeWarning)
+        # of log(-log(share)): that of the share itself may reach beyond 0 and 1
         band = curve.confidence_interval(CONFIDENCE, method="log-log")
     # none where the share is 1 or 0: the exact interval of a share of all runs stands for it there
     whole, none = (share(count, ended.size) for count in (ended.size, 0))
@@ -115,6 +119,7 @@ def mean_of_ended(lifetime: np.ndarray, ended: np.ndarray, *, horizon: float) ->
 
     best = _SLOWEST
     if part < mean_up_to_one(_SLOWEST):  # a cut-off makes the mean smaller than without one
+        # the mean is below 1 / rate
         best = brentq(lambda rate: mean_up_to_one(rate) - part, _SLOWEST, 2 / part)
     least = log_likelihood(best) - scipy.stats.chi2.ppf(CONFIDENCE, 1) / (2 * ends.size)
 

@@ -119,6 +119,7 @@ def make_plan(config: dict) -> Plan:
     given: dict[str, dict] = {}  # by dataset
     bases = _chain(preset, presets, "based_on", "presets")
     for layer in (config, *(presets[name] for name in reversed(bases))):
+        # first: what the layer itself gives stays as it is
         if thin := layer.get("thin"):
             defaults = _thinned(defaults, thin)
             given = {name: _thinned(keys, thin) for name, keys in given.items()}
@@ -129,14 +130,14 @@ def make_plan(config: dict) -> Plan:
     datasets = {}
     place = f"preset {preset}: datasets"
     for name in given:
-        own: dict = {}
+        merged: dict = {}
         for model in reversed(_chain(name, given, "like", place)):
-            own |= given[model]
-        if "kind" not in own:  # a new dataset, or the slip of a preset that changes one
+            merged |= given[model]
+        if "kind" not in merged:  # a new dataset, or the slip of a preset that changes one
             refuse(f"{place}.{name} has no kind", name, given.keys() - {name})
-        if "method" in config and not own.get("own_method"):
-            own["method"] = (config["method"],)
-        datasets[name] = _dataset(own, usual | own, config["seed"], f"{place}.{name}")
+        if "method" in config and not merged.get("own_method"):
+            merged["method"] = (config["method"],)
+        datasets[name] = _dataset(merged, usual | merged, config["seed"], f"{place}.{name}")
     return Plan(preset, run, _plain(usual), datasets, _films(config, datasets, preset))
 
 
@@ -198,6 +199,7 @@ def _points(axes: dict, seed: int, place: str) -> tuple[Point, ...]:
         if by_noise:
             grids["method"] = ("",)  # told when the noise is known
         columns = [grids[name] for name in QUANTITIES]
+        # before they are made: a slip of the pen in a grid could fill the memory
         count = len(points) + math.prod(map(len, columns))
         if count > MOST_POINTS:
             longest = max(zip(map(len, columns), QUANTITIES, strict=True))[1]
@@ -225,7 +227,7 @@ def _less(key: str, value: Any, thin: dict) -> Any:
         return {size: _less(key, grid, thin) for size, grid in value.items()}
     if key not in QUANTITIES or key in ("n_blocks", "method", "seed"):
         return value
-    if key == "replicate":
+    if key == "replicate":  # two at least: one run has no interval
         return value[: max(2, math.ceil(len(value) / thin.get("replicates", 1)))]
     return value[:: math.ceil(len(value) / thin.get("values", len(value)))]
 
