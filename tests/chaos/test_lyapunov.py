@@ -77,14 +77,15 @@ def test_growth_under_noise_is_that_of_a_deviation_left_alone():
     assert growth.sum(axis=0) * INTERVAL == pytest.approx(np.log(np.abs(sizes)), abs=1e-6)
 
 
-def test_noise_of_the_laboratory_acts_on_a_deviation_at_the_end_of_the_rest_alone():
-    """N = 1 on the linear branch: dx = c cos t + dv_0 sin t after a slip has started.
+@pytest.mark.parametrize("mass", [1.0, 4.0])
+def test_noise_of_the_laboratory_acts_on_a_deviation_at_the_end_of_the_rest_alone(mass):
+    """N = 1 on the linear branch: dx = c cos wt + dv_0 / w sin wt after a slip has started.
 
     The second chain starts its slip later by s = -c/u, with the same force F_st and the noise eta
-    of that instant. So dv_0 = -(F - k + eta) s, and what the noise does later leaves dx alone.
+    of that instant. So dv_0 = -(F - k + eta) s / m, and what the noise does later leaves dx alone.
     """
     speed, threshold = 3.0, 15.0
-    chain = ChainParameters(1, speed, 1.0, static_friction=threshold)
+    chain = ChainParameters(1, speed, 1.0, static_friction=threshold, mass=mass)
     accuracy = {"time_step": 0.05, "tolerance": 1e-12, "noise_share": 0.0}
     settings = {"n_vectors": 1, "sampling": NO_SAMPLES, "sampled_blocks": 1, **accuracy}
     chains = LaboratoryIntegrator([ChainState.at_rest(chain)], **settings)
@@ -94,12 +95,13 @@ def test_noise_of_the_laboratory_acts_on_a_deviation_at_the_end_of_the_rest_alon
     level, slope = state.scheme.variables["noise_force"][:, 0]
     noise = level - slope * (state.time - start)
     kinetic = chain.friction_ratio * threshold
-    first = (force + kinetic + noise) / speed
+    first, w = (force + kinetic + noise) / speed / mass, mass**-0.5
     assert abs(noise) > 0.01  # a million times what is compared
     for since in np.arange(0.1, 2.5, 0.2):
         for _ in chains.advance(start + since):
             pass
-        expected = np.cos(since) + first * np.sin(since), -np.sin(since) + first * np.cos(since)
+        turn, swing = np.cos(w * since), np.sin(w * since)
+        expected = turn + first / w * swing, first * turn - w * swing
         assert chains.deviations()[0, :, 0] == pytest.approx([*expected, 0.0], abs=1e-8)
     assert chains.state()[0].directions == [-1]
 

@@ -1,5 +1,7 @@
 """Results compared with a list: bits here, bounds on another machine."""
 
+import shutil
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -92,6 +94,17 @@ def test_what_points_are_and_what_they_were_told_agrees_everywhere(compared):
     for other in (plan("other"), plan(duration=2001)):
         write(folder, other)
         assert "rows.h5: holds another dataset" in compare(**OTHER)["rows"].words
+
+
+def test_tables_differ_rightly_where_any_dataset_is_of_another_machine(compared, tmp_path):
+    folder, compare = compared
+    early = folder / "datasets" / "early.h5"
+    shutil.copy(folder / "datasets" / "rows.h5", early)
+    verification.write_list(tmp_path / "own.json", folder)
+    data = store.read(early)
+    store.write(early, data.arrays, data.attributes | OTHER)
+    write_table(folder / "tables" / "t.csv", n=[2])
+    assert compare()["t"].outcome == NEAR
 
 
 def test_missing_and_damaged_files_are_named(compared, tmp_path):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import small_plans
-from beltrepro.replication.plan import kinds
+from beltrepro.replication.plan import dependencies, kinds
 from beltrepro.replication.plan.kinds import KINDS
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, plain, points_of
 
@@ -93,3 +93,18 @@ def test_a_script_reads_each_parameter_of_its_rule_and_no_other(name, rule):
     whole = values - read - {"code", "shown"}  # of reruns
     assert whole == set(), "never read"
     assert read & {"spec", "settings", "code", "benchmarks"} <= values
+
+
+@pytest.mark.parametrize(("name", "rule"), list(rules()), ids=[name for name, _ in rules()])
+def test_an_edit_of_what_a_script_imports_reruns_its_rule(name, rule):
+    graph = dependencies._graph(())
+    told = re.findall(r'"(beltrepro\.[\w.]+)"', rule)
+    behind = set(told).union(*map(graph.find_upstream_modules, told))
+    tree = ast.parse((WORKFLOW / "scripts" / f"{name}.py").read_text())
+    froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    pairs = [(node.module, f"{node.module}.{one.name}") for node in froms for one in node.names]
+    imported = {name if name in graph.modules else module for module, name in pairs}
+    imported &= graph.modules
+    # what concerns files and logs is the same for all jobs
+    shared = ("beltrepro.base", "beltrepro.replication.plan")
+    assert {module for module in imported if not module.startswith(shared)} <= behind

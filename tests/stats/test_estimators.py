@@ -68,6 +68,14 @@ def test_a_periodogram_is_the_square_of_the_fourier_transform():
         spectra.power_spectrum(values[:15], 1.0)
 
 
+def test_lines_are_found_between_the_frequencies_of_the_spectrum():
+    """These are 0.05 Hz apart; the lines lie on either side of the nearest, and on one."""
+    places, time = np.array([0.512, 1.038, 2.0, 3.515]), np.arange(0, 200, 0.05)
+    values = np.sin(2 * np.pi * places[:, None] * time).sum(axis=0)
+    found = spectra.lines(values + 0.1 * RNG(6).standard_normal(time.size), 0.05).peaks_hz
+    np.testing.assert_allclose(found, places, atol=0.004)
+
+
 def test_a_velocity_density_by_hand():
     row = {
         "belt_velocity": np.array([2.0, 1.0, 2.0]),
@@ -115,6 +123,16 @@ def test_laminar_phases(slips, sticks, start, velocity, expected):
     arrays = {"events": events, "velocities": np.full((9, 2), velocity)}
     phases = states.laminar_phases(SimpleNamespace(arrays=arrays, attributes=about), 5.0)
     assert phases.tolist() == expected and phases.shape[1:] == (2,)
+
+
+def test_ends_of_shorter_chains_are_read_at_their_own_last_block():
+    runs = {
+        "final_stick_rate": [[0.0, 0.2, np.nan], [0.2, 0.0, np.nan], [0.2, 0.2, 0.0]],
+        "final_disorder": np.array([0.1, 0.1, 0.01]),
+        "escaped": np.ones(3),
+    }
+    ends = [states.STICK_SLIP, states.LARGE_SLIP, states.SMALL_SLIP]
+    assert states.label_ends(runs).tolist() == ends
 
 
 # --- sections -------------------------------------------------------------------------------------

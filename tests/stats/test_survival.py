@@ -143,6 +143,13 @@ def test_the_weibull_test_by_hand():
     assert p == pytest.approx(expected, rel=1e-3)
 
 
+def test_ends_at_the_very_start_say_nothing_of_the_shape():
+    lifetime, ended = followed(RNG(3).exponential(40, 30), 60.0)
+    with_others = np.append(lifetime, [0.0, 0.0]), np.append(ended, [True, True])
+    expected = survival.weibull_test(lifetime, ended)
+    assert survival.weibull_test(*with_others) == pytest.approx(expected, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_exponential_lifetimes_are_rejected_in_5_of_100():
     rng = RNG(5)

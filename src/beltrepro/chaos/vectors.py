@@ -9,6 +9,7 @@ from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.engine import tangent
 from beltrepro.engine.integrator import Sampling, Section
+from beltrepro.engine.law import inverse_mass
 from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
@@ -56,6 +57,7 @@ def _hold_noise(order, lane, active, sliding, group, scratch, deviations):
         for block in range(chains.direction.shape[0]):
             slipping = load(chains.direction, (block, lane)) != 0.0
             force = select(slipping, load(chains.noise_force, (0, block, lane)), 0.0)
+            force = force * inverse_mass(group.varied, block)
             place = (vector, block, lane)
             store(deviations.velocity, place, load(deviations.velocity, place) - force * delay)
         kept = select(begun, 0.0, load(deviations.delay, (vector, lane)))
