@@ -175,6 +175,20 @@ def test_noise_heats_a_fast_block_as_a_slow_one(law):
     assert np.mean(energies) == pytest.approx(due, rel=4 / math.sqrt(200))
 
 
+def test_r_of_fast_chains_is_that_of_slow_ones():
+    usual = ChainParameters(3, 10.0)
+    fast = ChainParameters(3, 1000.0, mass=1e-4)
+    one, other = (
+        scan(chain, duration=6000 * unit, transient=2000 * unit)["disorder_parameter"]
+        for chain, unit in ((usual, 1.0), (fast, 0.01))
+    )
+    assert other == pytest.approx(one, rel=1e-3)
+    for method in ("event", "verlet"):
+        run = simulate(fast, duration=2.0, transient=1.0, method=method, time_step=1e-4)
+        usual_run = simulate(usual, duration=200.0, transient=100.0)
+        assert run.disorder_parameter == pytest.approx(usual_run.disorder_parameter, rel=0.02)
+
+
 def test_weakening_noise_is_left_to_the_scheme():
     chain = ChainParameters(3, 10.0, 1.0, weakening_velocity=5.0)
     with pytest.raises(InputError, match=r"its strength depends on the velocity.*take 'verlet'"):
