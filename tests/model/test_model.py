@@ -192,6 +192,14 @@ def test_the_section_follows_every_constant_of_the_law(field):
     assert (section_position(other) != 615.0) == (field not in ("compression_rate", "mass"))
 
 
+def test_the_section_of_a_chain_in_metres_is_that_in_model_units():
+    unit = 0.0014
+    lengths = {"rest_length": 50 * unit, "linear_limit": 20 * unit, "static_friction": 71.4 * unit}
+    rates = {"compression_rate": 0.2 / unit, "extension_rate": 0.01 / unit}
+    chain = ChainParameters(5, 20 * unit, **lengths, **rates)
+    assert section_position(chain) == pytest.approx(615 * unit, rel=1e-3)
+
+
 def test_one_wrong_number_among_those_of_the_blocks_is_named():
     for values, words in (
         ((1.0, 2.0), "mass = .* has 2 numbers: one number or 3 are needed"),
