@@ -18,6 +18,8 @@ from beltrepro import (
     periodic_orbit,
     scan,
     simulate,
+    slipping_state,
+    time_to_continuous_slip,
 )  # fmt: skip
 from beltrepro.base.errors import InputError
 
@@ -142,3 +144,17 @@ def test_a_catalogue_has_a_table_of_each_array(returned):
     with pytest.raises(InputError, match=r"kind = 'slip': allowed are .* did you mean 'slips'"):
         catalogue.table("slip")
     assert repr(catalogue).startswith(f"Catalogue({len(catalogue['slips'])} slips, ")
+
+
+# --- too short for a laminar phase ----------------------------------------------------------------
+
+
+def test_a_run_too_short_for_a_laminar_phase_has_no_share_of_them():
+    """Its only block slips all the time."""
+    chain = ChainParameters(1, 1000.0, rest_length=1e4)
+    start = slipping_state(chain, 40.0)
+    short, long = (scan(chain, duration=time, initial_state=start) for time in (150.0, 250.0))
+    assert np.isnan([short["laminar_fraction"], short["laminar_longest"]]).all()
+    assert long["laminar_fraction"] == 1 and long["laminar_longest"] == 250
+    with pytest.warns(match="duration = 150: no chain escapes in it whose laminar_time is 200"):
+        time_to_continuous_slip(chain, duration=150.0, initial_state=start)
