@@ -101,6 +101,12 @@ def normal_modes(parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
     return np.sqrt(squares), shapes
 
 
+def slow_unit(parameters: ChainParameters) -> float:
+    """Unit of time of the heaviest block on the softest spring: 1 in the paper's chain."""
+    mass, stiffness = parameters.by_block("mass"), parameters.by_block("stiffness")
+    return math.sqrt(mass.max() / stiffness.min())
+
+
 def times_as_fast(parameters: ChainParameters) -> int:
     """How many times as fast as in the paper's chain things may be in one of other constants."""
     mass = parameters.by_block("mass").min()

@@ -11,6 +11,7 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.engine.integrator import Section
+from beltrepro.model.energy import slow_unit
 from beltrepro.observe.crossings import SectionValues
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
@@ -139,8 +140,7 @@ def _laminar_time(given: float | None, cases: Sequence[Case]) -> float:
     """The shortest laminar phase: as given, or by the law of the chains; NaN of several laws."""
     if given is not None:
         return checks.not_negative("laminar_time", given)
-    laws = {(case.parameters.mass, case.parameters.stiffness) for case in cases}
-    times = {LAMINAR_TIME * math.sqrt(np.max(mass) / np.min(spring)) for mass, spring in laws}
+    times = {LAMINAR_TIME * slow_unit(case.parameters) for case in cases}
     return times.pop() if len(times) == 1 else math.nan
 
 
