@@ -115,6 +115,15 @@ def test_irregular_motion_is_not_taken_for_a_disturbed_orbit(n_blocks, how):
     assert (orbits["state"] == "irregular").all()
 
 
+def test_irregular_motion_on_stiff_springs_is_not_taken_for_a_disturbed_orbit():
+    """Springs 100 times as stiff, lengths a hundredth: the motion at u = 10 in other units."""
+    lengths = {"rest_length": 0.5, "linear_limit": 0.2, "stiffness": 100.0}
+    rates = {"compression_rate": 20.0, "extension_rate": 1.0}
+    chain = ChainParameters(5, 1.0, noise=1e-3, **lengths, **rates)
+    starts = {"replicate": range(1, 5), "initial_spread": 0.01, "time_step": 1e-4}
+    assert (time_to_orbit(chain, duration=500, **starts)["state"] == "irregular").all()
+
+
 @pytest.mark.parametrize("closed", [0.0, 1.0])
 def test_the_share_that_counts_as_closed_is_between_zero_and_one(closed):
     with pytest.raises(InputError, match=f"closed = {closed:g}: must be greater than 0 and less"):

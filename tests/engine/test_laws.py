@@ -160,6 +160,35 @@ def test_noise_moves_each_block_by_its_own_friction_and_mass(method):
     assert ends.mean(axis=0) == pytest.approx(steady, rel=1e-3)
 
 
+@pytest.mark.parametrize("law", [{"mass": 1e-4}, {"stiffness": 1e4}])
+def test_noise_heats_a_fast_block_as_a_slow_one(law):
+    """By q / 2m in a unit of time. Its period is 0.06, and noise within a cell of 0.5 is smooth."""
+    chain = ChainParameters(1, 1e5, 5.0, linear_limit=math.inf, rest_length=1e4, **law)
+    balance = 1e4 + 0.45 * 71.4 / chain.stiffness
+    start = ChainState.in_motion(chain, [balance], [0.0])
+    settings = {"initial_state": start, "sample_interval": None}
+    ends = [
+        run.final_state for run in simulate(chain, duration=20, replicate=range(200), **settings)
+    ]
+    energies = [float(sliding_energy(chain, end.positions, end.velocities)) for end in ends]
+    due = (0.45 * 5.0) ** 2 * 0.001 / (2 * chain.mass) * 20
+    assert np.mean(energies) == pytest.approx(due, rel=4 / math.sqrt(200))
+
+
+def test_r_of_fast_chains_is_that_of_slow_ones():
+    usual = ChainParameters(3, 10.0)
+    fast = ChainParameters(3, 1000.0, mass=1e-4)
+    one, other = (
+        scan(chain, duration=6000 * unit, transient=2000 * unit)["disorder_parameter"]
+        for chain, unit in ((usual, 1.0), (fast, 0.01))
+    )
+    assert other == pytest.approx(one, rel=1e-3)
+    for method in ("event", "verlet"):
+        run = simulate(fast, duration=2.0, transient=1.0, method=method, time_step=1e-4)
+        usual_run = simulate(usual, duration=200.0, transient=100.0)
+        assert run.disorder_parameter == pytest.approx(usual_run.disorder_parameter, rel=0.02)
+
+
 def test_weakening_noise_is_left_to_the_scheme():
     chain = ChainParameters(3, 10.0, 1.0, weakening_velocity=5.0)
     with pytest.raises(InputError, match=r"its strength depends on the velocity.*take 'verlet'"):

@@ -108,6 +108,8 @@ LIMITS = dict.fromkeys(CHAIN, POSITIVE) | {
     "n_blocks": ((1, 2, 51, 1000, 5.0, np.int64(5)), (0, 1_000_001, 2.5, -3, True, "five", None)),
     "noise": ((0, 0.8e9, 1e9), (-1e-300, 1.001e9, 1.2e9)),
     "friction_ratio": ((0, 0.8, 0.999), (-0.01, 1.0, 1.2)),
+    "compression_rate": ((1e-6, 0.8e9, 1e9), (0.0, 0.999e-6, -1.0, 1.2e9)),
+    "extension_rate": ((1e-6, 0.8e9, 1e9), (0.0, 0.999e-6, -1.0, 1.2e9)),
     "viscosity": ((0, 0.8e9, 1e9), (-1e-300, 1.001e9, 1.2e9)),
     "time_step": ((1e-9, 1.2e-9, 0.08, 0.1), (0.999e-9, 0.8e-9, 0.1001, 0.12, 0)),
     "tolerance": ((1e-16, 1.2e-16, 0.8, 1), (0.999e-16, 0.8e-16, 1.001, 1.2, 0)),
@@ -190,6 +192,14 @@ def test_the_section_follows_every_constant_of_the_law(field):
     share = 615 / balance_by_search(usual)
     assert abs(section_position(other) - share * balance_by_search(other)) <= 0.05 + 1e-9
     assert (section_position(other) != 615.0) == (field not in ("compression_rate", "mass"))
+
+
+def test_the_section_of_a_chain_in_metres_is_that_in_model_units():
+    unit = 0.0014
+    lengths = {"rest_length": 50 * unit, "linear_limit": 20 * unit, "static_friction": 71.4 * unit}
+    rates = {"compression_rate": 0.2 / unit, "extension_rate": 0.01 / unit}
+    chain = ChainParameters(5, 20 * unit, **lengths, **rates)
+    assert section_position(chain) == pytest.approx(615 * unit, rel=1e-3)
 
 
 def test_one_wrong_number_among_those_of_the_blocks_is_named():

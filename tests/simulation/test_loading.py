@@ -37,6 +37,13 @@ def test_a_run_over_the_loading_names_a_transient_that_would_do(called, settings
     assert not lines(called, SLOW, duration=5000.0, transient=transient, **settings)
 
 
+@pytest.mark.parametrize(("mass", "unit"), [(1.0, 1.0), (1e-4, 0.01), (1e4, 100.0)])
+def test_light_and_heavy_blocks_are_told_as_those_of_the_paper_are(mass, unit):
+    chain = ChainParameters(5, 10.0 / unit, mass=mass)
+    (line,) = lines(scan, chain, duration=1000 * unit)
+    assert 40 <= float(re.search(r"transient=(\S+);? ", line)[1]) / unit <= 60
+
+
 def test_a_run_that_ends_while_it_loads_is_told_how_long_that_takes():
     """Fifty blocks at u = 1 take 11,000."""
     line = lines(catalogue, ChainParameters(50, 1.0), duration=4000.0)[0]

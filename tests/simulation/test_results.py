@@ -1,6 +1,7 @@
 """Everything that a public function returns: table, fields by name, a short line, notebooks."""
 
 import dataclasses
+import warnings
 
 import numpy as np
 import pytest
@@ -18,7 +19,10 @@ from beltrepro import (
     periodic_orbit,
     scan,
     simulate,
+    slipping_state,
+    time_to_continuous_slip,
 )  # fmt: skip
+from beltrepro.base import store
 from beltrepro.base.errors import InputError
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
@@ -142,3 +146,35 @@ def test_a_catalogue_has_a_table_of_each_array(returned):
     with pytest.raises(InputError, match=r"kind = 'slip': allowed are .* did you mean 'slips'"):
         catalogue.table("slip")
     assert repr(catalogue).startswith(f"Catalogue({len(catalogue['slips'])} slips, ")
+
+
+# --- too short for a laminar phase ----------------------------------------------------------------
+
+
+def test_a_run_too_short_for_a_laminar_phase_has_no_share_of_them():
+    """Its only block slips all the time."""
+    chain = ChainParameters(1, 1000.0, rest_length=1e4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a spring so long is compressed beyond all numbers
+        start = slipping_state(chain, 40.0)
+    short, long = (scan(chain, duration=time, initial_state=start) for time in (150.0, 250.0))
+    assert np.isnan([short["laminar_fraction"], short["laminar_longest"]]).all()
+    assert long["laminar_fraction"] == 1 and long["laminar_longest"] == 250
+    with pytest.warns(match="duration = 150: no chain escapes in it whose laminar_time is 200"):
+        time_to_continuous_slip(chain, duration=150.0, initial_state=start)
+
+
+# --- what others put in or read -------------------------------------------------------------------
+
+
+def test_columns_of_ones_own_are_in_the_table_if_they_have_a_number_for_each_chain():
+    results = scan([ChainParameters(1, 10.0), ChainParameters(1, 20.0)], duration=60, transient=20)
+    results["mine"], results["note"] = [1, 2], "of today"
+    assert results.table()["mine"].tolist() == [1, 2] and "note" not in results.table()
+    assert results[1]["mine"] == 2
+
+
+def test_a_dataset_is_not_taken_for_results(tmp_path):
+    store.write(tmp_path / "n5.h5", {"replicate": np.zeros(3), "noise": np.ones(3)}, {})
+    with pytest.raises(InputError, match="not a file of results: it lacks n_blocks"):
+        Results.load(tmp_path / "n5.h5")

@@ -17,6 +17,7 @@ from beltrepro.chaos.periodic_orbits import MOMENTS
 from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
+from beltrepro.model import ChainParameters
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -165,13 +166,14 @@ class _Run:
         middle : of the window; what settles later shows its numbers in the next one.
         """
         times, states, slips = log.returns(lane)
+        places = states * _as_lengths(self.case.parameters)
         self.last_event = max(self.last_event, log.last_event[lane])
         if len(states):
             self.motion["return_state"] = states[-1]
         distances = scatters(self.case)
         late = max(int(np.sum(times > middle)), _AGREE) if distances else 1
         recurrences = (  # a narrow distance first: it tells like returns apart
-            find_recurrence(states, times, closed=closed, distance=distance, crossings=late)
+            find_recurrence(places, times, closed=closed, distance=distance, crossings=late)
             for distance in distances or (0.0,)
         )
         closing = next(filter(None, recurrences), None)
@@ -260,17 +262,25 @@ def _integrator(members: list[_Run]) -> Integrator:
     return chains
 
 
+def _as_lengths(chain: ChainParameters) -> np.ndarray:
+    """Factors (2N,) that make lengths of the displacements and velocities of a state."""
+    # of a block that oscillates, they are as large as its displacements
+    times = np.sqrt(chain.by_block("mass") / chain.by_block("stiffness"))
+    return np.concatenate([np.ones(chain.n_blocks), times])
+
+
 def disturbance(case: Case) -> float:
     """Standard deviation of displacements that disturb each slip as much as it is disturbed."""
     # what noise does during a slip is left out: less than at its start by about sqrt(dt)
     chain, exact = case.parameters, case.method == METHOD
+    softest = chain.by_block("stiffness").min()
     # in the scheme one begins late by t, uniform over a step, and moves its block by 2 u t
     steps = 0.0 if exact else chain.belt_velocity * case.time_step / math.sqrt(3.0)
-    return math.hypot(steps, chain.noise)
+    return math.hypot(steps, chain.noise / softest)
 
 
 def scatters(case: Case) -> tuple[float, ...]:
     """Distances at which two states of a disturbed motion may count as one."""
-    size = disturbance(case)
-    widest = WIDEST * case.parameters.by_block("static_friction").max()
+    size, chain = disturbance(case), case.parameters
+    widest = WIDEST * (chain.by_block("static_friction") / chain.by_block("stiffness")).max()
     return tuple(sorted({min(scatter * size, widest) for scatter in SCATTERS})) if size else ()

@@ -22,13 +22,19 @@ from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
+from beltrepro.simulation.groups import (
+    Group,
+    Report,
+    integrator_of,
+    moments_interval,
+    moments_of,
+    observe,
+)
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
 
-_SAMPLES = Sampling(1, 0.1)  # for r
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
 _ALIGNED = 0.1  # first share of the observation, in which the vectors turn to their directions
 _END = 0.5  # last share of it, in which blocks must turn for the motion not to be equilibrium slip
@@ -172,7 +178,8 @@ def _after(
     """The chains after the transient, with vectors, and a section at their mean length."""
     # every motion comes down through its mean length again and again
     chain = members[0].parameters
-    before = integrator_of(members, sampling=_SAMPLES)
+    sampling = Sampling(1, moments_interval(members[0]))
+    before = integrator_of(members, sampling=sampling)
     positions = np.full(len(members), section_position(chain))
     if transient > 0:
         lengths = LengthMoments(len(members), before.time + 0.5 * transient)
@@ -180,7 +187,7 @@ def _after(
         mean = lengths.result(chain.rest_positions[-1])["mean_length"]
         positions = np.where(np.isfinite(mean), mean, positions)
     section = Section(chain.n_blocks, positions)
-    settings = _VECTORS, _SAMPLES, section, noise_clock
+    settings = _VECTORS, sampling, section, noise_clock
     return vectors.with_vectors(before.state(), members[0], *settings)
 
 

@@ -14,17 +14,11 @@ import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.vectors import (
-    METHOD,
-    NO_SAMPLES,
-    check_method,
-    part,
-    times_as_fast,
-    with_vectors,
-)
+from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part, with_vectors
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
+from beltrepro.model.energy import times_as_fast
 from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.spring import section_position
 from beltrepro.observe.crossings import ReturnLog

@@ -1,6 +1,5 @@
 """Deviation vectors of a group of chains: how they start, grow and are kept apart."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +13,7 @@ from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.vector import inlined
-from beltrepro.model import ChainParameters
+from beltrepro.model.energy import times_as_fast
 from beltrepro.simulation.groups import Report
 from beltrepro.simulation.setup import Case
 
@@ -97,19 +96,12 @@ def with_vectors(
     return chains
 
 
-def times_as_fast(chain: ChainParameters) -> int:
-    """How many times as fast as in the paper's chain things may be in one of other constants."""
-    # a vector that shrinks by e^36 against another before they are made orthonormal is lost
-    mass = chain.by_block("mass").min()
-    rates = math.sqrt(chain.by_block("stiffness").max() / mass), chain.viscosity / mass
-    return math.ceil(max(1.0, *rates))
-
-
 def grow(
     chains: TangentIntegrator, length: float, observers: Sequence, report: Report
 ) -> np.ndarray:
     """Rates of growth (W, T, K) in T intervals, after whose parts vectors are made orthonormal."""
     begin, intervals = chains.time, max(1, round(length / INTERVAL))
+    # a vector that shrinks by e^36 against another before they are made orthonormal is lost
     parts = times_as_fast(chains.parameters[0])
     count = intervals * parts
     growth: list[np.ndarray] = []

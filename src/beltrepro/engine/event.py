@@ -103,8 +103,8 @@ from beltrepro.engine.taylor import (
 )
 from beltrepro.engine.vector import inlined, kernel, minimum, separate_arrays, zeros
 
-# Longest cell of the noise, model time: variances are then too small by (omega h)^4 / 720, 1.4e-3
-# at the highest frequency of linear springs, omega = 2.
+# Longest cell of the noise, model time, of the paper's chain: variances are then too small by
+# (omega h)^4 / 720, 1.4e-3 at the highest frequency of linear springs, omega = 2.
 NOISE_CELL = 0.5
 # Cells of the noise are shorter where v_r is nearer to zero than so many standard deviations.
 _GRAZING = 2.0
@@ -144,6 +144,7 @@ class EventGroup(NamedTuple):
     belt_velocity: np.ndarray
     noise: np.ndarray  # sigma
     noise_power: np.ndarray  # q = f_s^2 sigma^2 dt, of the block with the greatest f_s
+    noise_cell: float  # longest cell of the noise, model time
     log_tolerance: np.ndarray  # log2 of the force that the last terms may reach in a step
     chains: EventChains
 
@@ -250,7 +251,7 @@ def _cell_length(lane, drawing, power, group, series):
     the step of the paper. It looks at the state only, not at the noise to come.
     """
     chains = group.chains
-    length = spread(NOISE_CELL)
+    length = spread(group.noise_cell)
     for _ in range(4):
         grazing = power < 0.0
         margin = square_root(power * length) * _GRAZING
@@ -266,7 +267,7 @@ def _cell_length(lane, drawing, power, group, series):
             ahead = (slope * bend < 0.0) & (abs(slope) < 1.5 * length * abs(bend))
             twice = 2.0 * bend
             depth = fma(twice, load(chains.velocity, (block, lane)), -(slope * slope))
-            near = ahead & (abs(depth) < margin * abs(twice))
+            near = ahead & (abs(depth) < margin * inverse * abs(twice))
             grazing = grazing | (near & drawing & (heading != 0.0))
         if mask_bits(grazing) == 0:
             break

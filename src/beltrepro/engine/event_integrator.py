@@ -6,6 +6,7 @@ from beltrepro.engine import event
 from beltrepro.engine.integrator import Integrator
 from beltrepro.engine.records import STORM
 from beltrepro.engine.vector import aligned, zeros
+from beltrepro.model.energy import times_as_fast
 
 # Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
 # Below 1e-11 only rounding is left of the error.
@@ -63,6 +64,7 @@ class EventIntegrator(Integrator):
             belt_velocity=self._belt_velocity,
             noise=self._noise,
             noise_power=power,
+            noise_cell=event.NOISE_CELL / times_as_fast(chain),
             log_tolerance=aligned(np.log2(tolerances)),
             chains=self._chains,
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -97,6 +99,19 @@ def normal_modes(parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
     springs = springs / np.sqrt(parameters.by_block("mass"))
     squares, shapes = np.linalg.eigh(springs.T @ (stiffness[:, None] * springs))
     return np.sqrt(squares), shapes
+
+
+def slow_unit(parameters: ChainParameters) -> float:
+    """Unit of time of the heaviest block on the softest spring: 1 in the paper's chain."""
+    mass, stiffness = parameters.by_block("mass"), parameters.by_block("stiffness")
+    return math.sqrt(mass.max() / stiffness.min())
+
+
+def times_as_fast(parameters: ChainParameters) -> int:
+    """How many times as fast as in the paper's chain things may be in one of other constants."""
+    mass = parameters.by_block("mass").min()
+    rates = math.sqrt(parameters.by_block("stiffness").max() / mass), parameters.viscosity / mass
+    return math.ceil(max(1.0, *rates))
 
 
 def check_conserved(parameters: ChainParameters) -> None:

@@ -18,6 +18,7 @@ LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
 
 _POSITIVE = {"gt": 0, "le": LARGEST}
 _NOT_NEGATIVE = {"ge": 0, "le": LARGEST}
+_RATE = {"ge": 1e-6, "le": LARGEST}  # forces are (e^x - 1) / rate, which rounds by 1e-16 / rate
 LIMITS: dict[str, dict[str, Any]] = {
     "n_blocks": {"ge": 1, "le": 1_000_000},  # a thousand chains of so many fill any memory
     "belt_velocity": _POSITIVE,
@@ -26,8 +27,8 @@ LIMITS: dict[str, dict[str, Any]] = {
     "friction_ratio": {"ge": 0, "lt": 1},
     "rest_length": _POSITIVE,
     "linear_limit": _POSITIVE,
-    "compression_rate": _POSITIVE,
-    "extension_rate": _POSITIVE,
+    "compression_rate": _RATE,
+    "extension_rate": _RATE,
     "mass": _POSITIVE,
     "stiffness": _POSITIVE,
     "weakening_velocity": _POSITIVE,
@@ -71,9 +72,9 @@ class ChainParameters:
     linear_limit : float
         Deformation up to which a spring is linear, > 0; `math.inf`: linear springs (Sec. III: 20).
     compression_rate : float
-        Exponent b_1 of the compressed branch, > 0 (Sec. III: 0.2).
+        Exponent b_1 of the compressed branch, 1e-6 or more (Sec. III: 0.2).
     extension_rate : float
-        Exponent b_2 of the stretched branch, > 0 (Sec. III: 0.01).
+        Exponent b_2 of the stretched branch, 1e-6 or more (Sec. III: 0.01).
     mass : float or tuple of float
         Mass m, > 0, per block (Sec. III: 1).
     stiffness : float or tuple of float

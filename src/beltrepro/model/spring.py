@@ -4,6 +4,7 @@ Springs may differ by a factor, their stiffness: then the last axis of an array 
 springs.
 """
 
+import math
 from functools import cache
 
 import numpy as np
@@ -77,7 +78,9 @@ def section_position(parameters: ChainParameters, block: int | None = None) -> f
     kinetic friction; other blocks and chains have the same share of theirs.
     """
     share = SECTION_POSITION / balance_length(_FIVE)
-    return round(share * balance_length(parameters, block or parameters.n_blocks), 1)
+    place = share * balance_length(parameters, block or parameters.n_blocks)
+    # a decimal as in the paper, more where the unit of length is a longer one
+    return round(place, 1 if place >= 10 else 3 - math.floor(math.log10(place)))
 
 
 def chain_deformations(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:

@@ -82,21 +82,20 @@ class Reach:
         self.high = np.maximum(self.high, values.max(axis=0, initial=-np.inf))
 
 
-# Length of the first bin, model time, and of each over that before it: loading may end anywhere.
-FIRST, GROWTH = 1.0, 1.15
+GROWTH = 1.15  # length of a bin over that before it: loading may end anywhere
 
 
 class LengthHistory:
-    """How x_N moves in bins of time from `start` to `end`, each longer than the one before it.
+    """How x_N moves in bins of time from `start` to `end`, each longer than the one before.
 
     For K bins and W chains: edges (K+1,); count (K,) of samples; mean, squares (about 0), low and
     high (K, W) of the displacement of the last block.
     """
 
-    def __init__(self, width: int, start: float, end: float) -> None:
-        number = int(np.log1p((end - start) / FIRST * (GROWTH - 1)) / np.log(GROWTH)) + 1
+    def __init__(self, width: int, start: float, end: float, first: float = 1.0) -> None:
+        number = int(np.log1p((end - start) / first * (GROWTH - 1)) / np.log(GROWTH)) + 1
         powers = GROWTH ** np.arange(number)
-        self.edges = np.append(start + FIRST * (powers - 1) / (GROWTH - 1), end)
+        self.edges = np.append(start + first * (powers - 1) / (GROWTH - 1), end)
         self.count = np.zeros(number, dtype=np.int64)
         self.mean, self.squares = np.zeros((number, width)), np.zeros((number, width))
         self.low, self.high = np.full((number, width), np.inf), np.full((number, width), -np.inf)

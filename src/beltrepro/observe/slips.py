@@ -44,14 +44,19 @@ class SlipActivity:
         _follow(*events, limits, self._counts, *last)
 
     def laminar(self) -> dict[str, np.ndarray]:
-        """laminar_fraction, _count, _mean (NaN of none), _longest (W,), with the slip going on."""
+        """laminar_fraction, _count, _mean (NaN of none), _longest (W,), with the slip going on.
+
+        Where no phase fits into the time observed its share and the longest are not known, NaN.
+        """
         count, total, longest = self._laminar
         going_on = self._end - np.maximum(self.slipping_since, self._start)
         going_on = np.where(going_on > self._laminar_time, going_on, 0.0)  # NaN while it is stuck
         count, total = count + (going_on > 0), total + going_on
         observed = self._end - self._start
+        if observed <= self._laminar_time:
+            total, longest = np.full((2, len(total)), np.nan)
         return {
-            "laminar_fraction": total / observed if observed > 0 else np.full(len(total), np.nan),
+            "laminar_fraction": total / max(observed, np.finfo(float).tiny),
             "laminar_count": count.astype(np.int64),
             "laminar_mean": np.divide(
                 total, count, out=np.full_like(total, np.nan), where=count > 0

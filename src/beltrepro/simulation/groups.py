@@ -11,6 +11,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.threads import in_threads
 from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.model import ChainParameters
+from beltrepro.model.energy import times_as_fast
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.setup import METHODS, Case, warn
 
@@ -20,7 +21,7 @@ T = TypeVar("T")
 
 _GROUPS_EACH = 2  # groups for each core, at least: they take different times
 _VECTOR = 8  # chains that an integrator advances in about the time of one
-MOMENTS_INTERVAL = 0.1  # model time between samples of x_N for r, about; oscillations take 3
+MOMENTS_INTERVAL = 0.1  # that of the chain of the paper, in which oscillations take 3
 _FEWEST = 10  # samples for r and <x_N>
 
 
@@ -132,7 +133,12 @@ def integrator_of(
 def for_moments(members: Sequence[Case]) -> Sampling:
     """When a group takes samples of x_N for r alone."""
     time_step = members[0].time_step
-    return Sampling(max(1, round(MOMENTS_INTERVAL / time_step)), time_step)
+    return Sampling(max(1, round(moments_interval(members[0]) / time_step)), time_step)
+
+
+def moments_interval(case: Case) -> float:
+    """Model time between samples of x_N for r, about: shorter where things are faster."""
+    return MOMENTS_INTERVAL / times_as_fast(case.parameters)
 
 
 def observe(integrator: Integrator, duration: float, observers: Sequence, report: Report) -> None:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beltrepro.engine.integrator import Integrator
+from beltrepro.model.energy import slow_unit
 from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
@@ -30,7 +31,8 @@ class LoadingWatch:
     def observe(self, group: Group, chains: Integrator, *observers: Any) -> None:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
         cases, end = group.cases, group.start + self._duration
-        history = LengthHistory(len(cases), group.start + self._transient, end)
+        begun = group.start + self._transient
+        history = LengthHistory(len(cases), begun, end, slow_unit(group.chain))
         loaded = all(
             _age(case) + self._transient >= _SURELY * _loading_time(case) and not self._brief(case)
             for case in cases
@@ -77,7 +79,8 @@ class LoadingWatch:
 
     def _may_load(self, case: Case) -> bool:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
-        slowest = 4 * case.parameters.n_blocks + 2  # period, less than 2 pi / (pi / (2N + 1))
+        # period, less than 2 pi / (pi / (2N + 1)) in the paper's chain
+        slowest = (4 * case.parameters.n_blocks + 2) * slow_unit(case.parameters)
         measured = self._duration - self._transient
         left_out, loading = _age(case) + self._transient, _loading_time(case)
         if _age(case) > 0:  # its motion may be as slow as that

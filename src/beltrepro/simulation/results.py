@@ -49,7 +49,7 @@ class Results(Arrays):
         chains = len(self["replicate"])
         if not -chains <= name < chains:
             raise IndexError(f"chain {name} of {chains}")  # it ends a loop over the chains
-        return {word: array[name] for word, array in self.items() if array.shape[:1] == (chains,)}
+        return {word: one[name] for word, one in self.items() if np.shape(one)[:1] == (chains,)}
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(names.left(name) or f"Results has no attribute {name!r}")
@@ -75,7 +75,7 @@ class Results(Arrays):
             pandas is not installed.
         """
         shape = self["replicate"].shape
-        columns = {name: array for name, array in self.items() if array.shape == shape}
+        columns = {name: array for name, array in self.items() if np.shape(array) == shape}
         if np.isnan(columns.get("tolerance", 0.0)).all():  # of methods that have none
             del columns["tolerance"]
         for name in QUANTITIES:
@@ -128,8 +128,8 @@ class Results(Arrays):
         if checks.path("path", path).suffix.lower() == ".csv":
             raise InputError(f"path = {path}: pandas.read_csv reads a table; this needs an .h5")
         data = store.read(path)
-        if "replicate" not in data.arrays:
-            raise InputError(f"{path}: not a file of results")
+        if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
+            raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
         order = json.loads(data.attributes.pop("columns", "[]")) or data.arrays
         return cls({name: data.arrays[name] for name in order}, data.attributes)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.engine.integrator import Section
+from beltrepro.model.energy import slow_unit
 from beltrepro.observe.crossings import SectionValues
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
@@ -75,7 +76,8 @@ def scan(
         section_position, section_count (all downward crossings of x_N after the transient),
         section_velocity (P, section_values) v_N at the first of them, NaN padded; slip_count
         (P, N), N that of the longest chain or 10; laminar_fraction, laminar_count, laminar_mean
-        (NaN of none), laminar_longest; last_stick_time of the last block, NaN if it never stuck.
+        (NaN of none), laminar_longest (NaN, as the fraction, where no laminar phase fits into the
+        time after the transient); last_stick_time of the last block, NaN if it never stuck.
         Model units, laboratory frame.
 
     Raises
@@ -138,8 +140,7 @@ def _laminar_time(given: float | None, cases: Sequence[Case]) -> float:
     """The shortest laminar phase: as given, or by the law of the chains; NaN of several laws."""
     if given is not None:
         return checks.not_negative("laminar_time", given)
-    laws = {(case.parameters.mass, case.parameters.stiffness) for case in cases}
-    times = {LAMINAR_TIME * math.sqrt(np.max(mass) / np.min(spring)) for mass, spring in laws}
+    times = {LAMINAR_TIME * slow_unit(case.parameters) for case in cases}
     return times.pop() if len(times) == 1 else math.nan
 
 
@@ -192,6 +193,9 @@ def time_to_continuous_slip(
     settle_time = checks.within("settle_time", settle_time, gt=0, le=duration)
     settings: dict[str, Any] = {"duration": duration, "settle_time": settle_time}
     made = setup_of(chains, setup)
+    longest = max(_laminar_time(laminar_time, [case]) for case in made.cases)
+    if duration <= longest:
+        warn(f"duration = {duration:g}: no chain escapes in it whose laminar_time is {longest:g}")
     measure = partial(_until_slip, **settings, laminar_time=laminar_time)
     settings |= {"laminar_time": _laminar_time(laminar_time, made.cases)}
     return gathered("time to continuous slip", made, measure, progress, **settings)

@@ -93,7 +93,8 @@ def _weighed(coordinates: np.ndarray, parameters: ChainParameters) -> tuple[np.n
     velocities, signed = np.split(coordinates, 2)
     tension = balance_tension(parameters)
     balance = spring_extension(tension, parameters)
-    touching = excess_energy(-parameters.by_block("rest_length"), parameters)
+    with np.errstate(over="ignore"):  # long springs never touch
+        touching = excess_energy(-parameters.by_block("rest_length"), parameters)
     apart = signed > -np.sqrt(2 * touching)
     signed = np.where(apart, signed, 1.0)
     # |dl - dl*| <= |s| / sqrt(k), since springs are at least as stiff as k, and as at the balance

@@ -22,12 +22,12 @@ from beltrepro.model.spring import external_force
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
 from beltrepro.simulation.groups import (
-    MOMENTS_INTERVAL,
     Group,
     Report,
     for_moments,
     in_groups,
     integrator_of,
+    moments_interval,
     moments_of,
     of_each,
 )
@@ -187,13 +187,14 @@ def with_moments(sample_interval: float, case: Case) -> tuple[Sampling, int]:
     2 for "event", which leaves the bits of the instants; a divisor of the steps for "verlet".
     """
     sampling = sampling_of(sample_interval, case.method, case.time_step)
-    ratio = sampling.interval / MOMENTS_INTERVAL * (1 - _ROUNDING)
+    ratio = sampling.interval / moments_interval(case) * (1 - _ROUNDING)
     if ratio <= 1:
         return sampling, 1
     if case.method == "event":
         every = 2 ** math.ceil(math.log2(ratio))
         return Sampling(sampling.steps, sampling.step / every), every
-    every = next(k for k in range(math.ceil(ratio), sampling.steps + 1) if sampling.steps % k == 0)
+    least, most = math.ceil(ratio), sampling.steps
+    every = next(k for k in range(min(least, most), most + 1) if most % k == 0)
     return Sampling(sampling.steps // every, sampling.step), every
 
 

@@ -110,6 +110,7 @@ Number = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_number)]
 Whole = Annotated[int, BeforeValidator(_number)]
 Positive = Annotated[Number, Field(**LIMITS["belt_velocity"])]
 NotNegative = Annotated[Number, Field(**LIMITS["noise"])]
+Rate = Annotated[Number, Field(**LIMITS["extension_rate"])]
 Ratio = Annotated[Number, Field(**LIMITS["friction_ratio"])]
 Step = Annotated[Number, Field(**LIMITS["time_step"])]
 Duration = Annotated[Number, Field(**LIMITS["duration"])]
@@ -213,8 +214,8 @@ class Axes(Keys):
     friction_ratio: Table[Grid[Ratio]] = UNSET
     rest_length: Table[Grid[Positive]] = UNSET
     linear_limit: Table[Grid[Positive]] = UNSET
-    compression_rate: Table[Grid[Positive]] = UNSET
-    extension_rate: Table[Grid[Positive]] = UNSET
+    compression_rate: Table[Grid[Rate]] = UNSET
+    extension_rate: Table[Grid[Rate]] = UNSET
     noise: Table[Grid[NotNegative]] = UNSET
     belt_velocity: Table[Grid[Positive]] = UNSET
     initial_spread: Table[Grid[NotNegative]] = UNSET
