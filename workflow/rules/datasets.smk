@@ -35,7 +35,7 @@ rule simulate:
     benchmark:
         "<benchmarks>/batches/{dataset}/{batch}.tsv"
     wildcard_constraints:
-        batch="[0-9]{4,}",
+        batch="[0-9]+",
     conda:
         ENVIRONMENT
     params:
