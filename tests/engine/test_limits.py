@@ -216,5 +216,5 @@ def test_too_few_samples_for_r_are_said(method):
         escape = time_to_continuous_slip(**short, duration=20, settle_time=0.5)
     assert np.isnan([escape["final_disorder"], escape["final_amplitude"]]).all()
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.filterwarnings("error", message="r and")
         assert simulate(**short, duration=21.0, transient=20.0).disorder_parameter > 0
