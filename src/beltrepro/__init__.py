@@ -24,6 +24,7 @@ _HOMES = {
     "catalogue": "simulation.catalogues",
     "classify": "chaos.naming",
     "lyapunov_spectrum": "chaos.lyapunov",
+    "margin": "chaos.margin",
     "mode_energies": "model.energy",
     "orbit_branch": "chaos.continuation",
     "periodic_orbit": "chaos.periodic_orbits",

@@ -8,6 +8,7 @@ from beltrepro.chaos.continuation import orbit_branch as orbit_branch
 from beltrepro.chaos.irregular import time_to_orbit as time_to_orbit
 from beltrepro.chaos.lyapunov import LyapunovSpectrum as LyapunovSpectrum
 from beltrepro.chaos.lyapunov import lyapunov_spectrum as lyapunov_spectrum
+from beltrepro.chaos.margin import margin as margin
 from beltrepro.chaos.naming import Motion as Motion
 from beltrepro.chaos.naming import classify as classify
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit as PeriodicOrbit

@@ -7,7 +7,14 @@ import pytest
 from scipy import stats
 
 from advancing import sliding
-from beltrepro import ChainParameters, ChainState, Setup, lyapunov_spectrum
+from beltrepro import (
+    ChainParameters,
+    ChainState,
+    Setup,
+    classify,
+    lyapunov_spectrum,
+    periodic_orbit,
+)
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.lyapunov import _mean_of_runs
 from beltrepro.chaos.vectors import (
@@ -30,6 +37,7 @@ def test_one_block_has_a_limit_cycle_that_erases_all_but_the_phase():
     assert abs(spectrum.exponents[0]) < 3 * spectrum.standard_error[0] < 1e-3
     assert (spectrum.exponents[1], spectrum.standard_error[1]) == (-np.inf, 0.0)
     assert (spectrum.trivial, spectrum.erased) == (0, 1)
+    assert (spectrum.nontrivial_exponent, spectrum.nontrivial_error) == (-np.inf, 0.0)
     far = dataclasses.replace(spectrum, exponents=np.array([-0.5]))
     assert far.trivial is None
 
@@ -55,6 +63,8 @@ def test_the_largest_exponent_is_trivial_but_for_seven_blocks(
     assert trivial == 0 or exponents[0] > 8 * errors[0]
     assert trivial == 0 or noise or exponents[0] == pytest.approx(0.0045, abs=4 * errors[0])
     assert exponents[trivial + 1] < -5 * errors[trivial + 1]
+    limit = 4 * np.hypot(measured.nontrivial_error, errors[1 - trivial])
+    assert measured.nontrivial_exponent == pytest.approx(exponents[1 - trivial], abs=limit)
 
 
 def test_growth_under_noise_is_that_of_a_deviation_left_alone():
@@ -139,6 +149,7 @@ def test_exponents_of_steady_slip_are_the_eigenvalues_of_linear_motion(n_blocks,
     expected = np.sort(np.linalg.eigvals(linear).real)[::-1]
     assert spectrum.exponents == pytest.approx(expected, abs=1e-4)
     assert (spectrum.trivial is None) == (viscosity > 0)
+    assert spectrum.nontrivial_exponent == pytest.approx(expected[0], abs=1e-4)
 
 
 def test_a_light_chain_has_the_exponents_of_a_slow_one():
@@ -161,11 +172,39 @@ def test_noise_shifts_with_the_chain_only_through_a_rest():
     assert np.all(spectrum.most_stuck < 10)
     assert np.all(np.isfinite(spectrum.exponents))
     assert np.ptp(spectrum.runs[:, 0]) > 0
+    limit = 4 * np.hypot(spectrum.nontrivial_error, spectrum.standard_error[0])
+    assert spectrum.nontrivial_exponent == pytest.approx(spectrum.exponents[0], abs=limit)
     resting = lyapunov_spectrum(ChainParameters(1, 3.0, 1.0), **settings)
     assert resting.trivial == 0
     assert np.all(resting.most_stuck == 1)
     assert abs(resting.exponents[0]) < 4 * resting.standard_error[0] < 5e-3
     assert np.ptp(resting.runs[:, 0]) > 0  # the noise differs
+    assert resting.nontrivial_exponent == -np.inf
+
+
+def test_by_the_clock_of_the_laboratory_no_exponent_under_noise_is_trivial():
+    settings = {"duration": 3000, "transient": 500, "noise_clock": "laboratory"}
+    chains = [ChainParameters(1, 3.0, 1.0), ChainParameters(5, 7.0, 1.0)]
+    spectra = lyapunov_spectrum(chains, **settings)
+    assert spectra["nontrivial_exponent"] == pytest.approx(spectra["exponents"][:, 0], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "velocity", "lengths"),
+    [(2, 5.0, (4000, 1000)), (3, 10.0, (6000, 2000)), (5, 18.0, (8000, 4000))],
+)
+def test_the_nontrivial_exponent_of_an_orbit_is_that_of_its_multiplier(n_blocks, velocity, lengths):
+    """log|mu| / T of the eigenvalues of the monodromy matrix, which no vector is followed for."""
+    chain, (duration, transient) = ChainParameters(n_blocks, velocity), lengths
+    orbit = periodic_orbit(chain, duration=duration, transient=transient)
+    start = {"initial_state": orbit.state}
+    spectrum = lyapunov_spectrum(chain, duration=duration, transient=transient, **start)
+    motion = classify(chain, duration=duration, transient=transient, **start)
+    assert orbit.exponent < -1e-3
+    for found in (spectrum, motion):
+        assert found.nontrivial_exponent == pytest.approx(orbit.exponent, rel=0.01, abs=1e-4)
+    assert (motion.state, motion.erased) == ("periodic", orbit.erased)
+    assert spectrum.most_stuck.tolist() == [orbit.erased]
 
 
 @pytest.mark.parametrize(

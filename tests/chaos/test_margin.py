@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, time_to_orbit
+from beltrepro import ChainParameters, ChainState, periodic_orbit, time_to_orbit
+from beltrepro.base.errors import InputError
 from beltrepro.chaos import margin
 from beltrepro.chaos.periodic_orbits import close_orbit
 
@@ -57,9 +58,30 @@ def test_a_chain_comes_back_from_less_than_the_margin_and_not_from_more():
         chain, chain.rest_positions + places, chain.belt_velocity + velocities
     )
     orbit = close_orbit(state, float(runs["period_time"][run]))
-    size = margin.margin(orbit, begin=0.8, periods=20, slips=32)
+    size = margin.margin(orbit, begin=0.8)
     assert 0.8 < size < margin.LARGEST
     track = margin.Track.of(orbit)
     starts = margin._slips(orbit, 32)
     assert not margin._lost(track, starts, 0.5 * size, 20)
     assert margin._lost(track, starts, size, 40)
+
+
+def test_where_the_first_size_loses_an_orbit_smaller_ones_are_tried(monkeypatch):
+    """Of a chain that bears 0.003 alone: from 0.5 down by tenths to 0.0005, then up again."""
+    tried = []
+    monkeypatch.setattr(margin, "_lost", lambda *run: tried.append(run[2]) or run[2] > 0.003)
+    monkeypatch.setattr(margin, "_slips", lambda orbit, slips: [])
+    orbit = periodic_orbit(ChainParameters(1, 5.0), duration=200, transient=100)
+    size = margin.margin(orbit, begin=0.5)
+    assert 0.003 < size < 0.003 * 2 ** (1 / 3)
+    assert tried[:5] == pytest.approx([0.5, 0.05, 0.005, 0.0005, 0.0005])
+    assert margin.margin(orbit) < 0.003 * 2 ** (1 / 3)
+    for changes, message in (
+        ({"orbit": 5}, "orbit = 5: a PeriodicOrbit is needed"),
+        ({"begin": 0.0}, "begin = 0: must be at least 1e-08 and below 2"),
+        ({"periods": 0}, "periods = 0: must be at least 1"),
+        ({"slips": 1.5}, "slips = 1.5: a whole number is needed"),
+    ):
+        with pytest.raises(InputError) as caught:
+            margin.margin(**{"orbit": orbit} | changes)
+        assert str(caught.value) == message

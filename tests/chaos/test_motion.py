@@ -24,6 +24,7 @@ from beltrepro.stats.motion import (
     NOISE_DRIVEN,
     PERIODIC,
     QUASI_PERIODIC,
+    STABLE_CHAOS,
     TRANSIENT,
     find_recurrence,
     name_motion,
@@ -102,6 +103,13 @@ COMMON = {"slides": False, "closed": False, "standard_error": [1e-5, 1e-5], "tim
         ({"exponents": [-0.01, -0.02], "noisy": True}, NOISE_DRIVEN),
         ({"exponents": [0.0, -0.02], "noisy": True}, NOISE_DRIVEN),
         ({"exponents": [0.0, -0.02], "noisy": True, "time": 1000.0, "returns": 50}, TRANSIENT),
+        ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 1e-5)}, STABLE_CHAOS),
+        ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 4e-3)}, TRANSIENT),
+        # shrinks by e^18 in half of the time: an orbit that is approached does not count as one yet
+        ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 1e-5), "time": 3600.0}, TRANSIENT),
+        ({"exponents": [0.01, 0.0], "nontrivial": (0.01, 1e-5)}, CHAOTIC),
+        ({"exponents": [0.0, -0.02], "nontrivial": (-0.02, 1e-5), "noisy": True}, NOISE_DRIVEN),
+        ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 1e-5), "closed": True}, PERIODIC),
     ],
 )
 def test_criteria(changes, expected):
@@ -118,6 +126,21 @@ def test_five_blocks_end_on_one_of_two_periods():
     assert set(motions["state"]) == {PERIODIC}
     assert (41.047, 18) in periods <= {(41.047, 18), (105.962, 57)}
     assert np.all(np.abs(motions["largest_exponent"]) < 3 * motions["standard_error"])
+
+
+@pytest.mark.thorough
+def test_irregular_motion_that_contracts_is_stable_chaos():
+    """Replicate 2 was still irregular after 1.2e7; replicate 1 settles before the time observed."""
+    start = {"transient": 10_000.0, "replicate": [1, 2], "initial_spread": 10.0}
+    motions = classify([ChainParameters(5, 10.75)] * 2, duration=600_000.0, **start)
+    assert motions["state"].tolist() == [PERIODIC, STABLE_CHAOS]
+    assert motions["period_events"].tolist() == [2332, 0]
+    assert motions["erased"].tolist() == [5, 5]
+    assert motions["nontrivial_exponent"][1] == pytest.approx(-0.0005, abs=2e-4)
+    assert np.all(np.abs(motions["largest_exponent"]) < 3 * motions["standard_error"])
+    # in a tenth of the time the exponent cannot be told from zero
+    short = classify([ChainParameters(5, 10.75)] * 2, duration=60_000.0, **start)
+    assert short["state"].tolist() == [PERIODIC, TRANSIENT]
 
 
 @pytest.mark.parametrize("chain", [ChainParameters(4, 12.0), ChainParameters(7, 10.0)])
@@ -183,8 +206,10 @@ def test_a_chain_that_loads_has_no_name_and_no_exponent(chain):
     motion, later = advised(classify, chain, **lengths)
     assert motion.state == TRANSIENT and np.isfinite(later.largest_exponent)
     assert np.isnan([motion.largest_exponent, motion.standard_error, motion.period_time]).all()
+    assert np.isnan([motion.nontrivial_exponent, motion.nontrivial_error]).all()
     spectrum, later = advised(lyapunov_spectrum, chain, **lengths)
     assert np.isnan([*spectrum.exponents, *spectrum.standard_error]).all()
+    assert np.isnan([spectrum.nontrivial_exponent, spectrum.nontrivial_error]).all()
     assert (spectrum.trivial, spectrum.erased) == (None, 0)
     assert (later.trivial, later.erased) == (0, chain.n_blocks)
 

@@ -105,18 +105,24 @@ def test_deviations_under_noise_are_the_differences_of_twins(
     carries_twins(chains, way, apart, 500.0 + span, least, rests)
 
 
-def test_the_flow_is_carried_into_the_flow():
+@pytest.mark.parametrize(
+    ("velocity", "noise", "law"), [(20.0, 0.0, {}), (7.0, 1.0, {}), (10.0, 0.0, VARYING)]
+)
+def test_the_flow_is_carried_into_the_flow(velocity, noise, law):
     """The deviation along the motion itself: velocity and acceleration, through every event."""
-    chain = ChainParameters(5, 20.0)
+    chain = ChainParameters(5, velocity, noise, **law)
     start = chain.rest_positions + np.random.default_rng(5).standard_normal(5)
-    chains = of_states(at_rest([chain], [start]))
-    flow = np.zeros((1, 10, 1))
-    flow[0, :5, 0] = chain.belt_velocity
-    chains.set_deviations(flow)
-    events = advance(chains, 300.0)
-    assert len(events[0]) > 150
-    carried = chains.deviations()[0, :5, 0]
-    assert carried == pytest.approx(chains.velocities()[0], rel=1e-7, abs=1e-7)
+    chains = of_states(at_rest([chain], [start]), tolerance=1e-12, noise_share=0.0)
+    flow = chains.flow()
+    assert flow[0, :5] == pytest.approx(velocity) and not flow[0, 5:10].any()
+    chains.set_deviations(flow[..., None])
+    events, stuck = advance(chains, 260.0), 0
+    for time in np.arange(260.5, 301.0, 0.5):
+        advance(chains, time)
+        stuck = max(stuck, n_stuck(chains))
+        assert chains.deviations()[..., 0] == pytest.approx(chains.flow(), rel=1e-6, abs=1e-6)
+    assert len(events[0]) > 100
+    assert not noise or (stuck == 5 and flow[0, 10] == -1.0)
 
 
 def test_volume_shrinks_in_a_reversal_by_the_accelerations():

@@ -290,7 +290,7 @@ def test_the_section_on_chaos_counts_what_the_tables_have(tmp_path):
     motions = pd.DataFrame({
         "n_blocks": [2, 5, 5, 5, 7, 7, 10], "belt_velocity": [9.0, 9, 14, 30, 9, 14, 9],
         "runs": 8, "periodic": [8, 4, 6, 8, 0, 1, 2], "quasi-periodic": 0,
-        "chaotic": [0, 0, 1, 0, 5, 7, 6], "transient": [0, 4, 1, 0, 3, 0, 0],
+        "chaotic": [0, 0, 1, 0, 5, 7, 6], "stable chaos": 0, "transient": [0, 4, 1, 0, 3, 0, 0],
         "exponent": [0, 1e-3, 4e-3, 0, 0.012, 0.015, 0.02], "error": 2e-4,
         "longest_period": [12, 90, 40, 7, 0, 300, 0],
         "r_periodic": [0.1, 0.10, 0.10, 0.10, np.nan, 0.1, 0.1],
@@ -322,7 +322,7 @@ def test_the_section_on_chaos_counts_what_the_tables_have(tmp_path):
         "by 20% (median), and by 30% at most",
     ):
         assert text in typeset(said)
-    assert rows[2] == ["5", "24", "18", "0", "1", "5", "14", "0.004 ± 0.0002", "14", "90"]
+    assert rows[2] == ["5", "24", "18", "0", "1", "0", "5", "14", "0.004 ± 0.0002", "14", "90"]
     assert rows[-1][:5] == ["9", "1", "3 of 4", "2.35e+03", "1e+03 to 4e+03"]
 
 

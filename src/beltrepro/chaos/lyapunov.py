@@ -45,6 +45,8 @@ class LyapunovSpectrum(Tabled):
         Most blocks that were stuck at once after the transient.
     noise_clock : str
         By which noise is the same for two chains, see `lyapunov_spectrum`.
+    nontrivial_exponent, nontrivial_error : float
+        The largest exponent besides that of a shift of time, mean over the runs, and its error.
     """
 
     parameters: ChainParameters
@@ -55,6 +57,8 @@ class LyapunovSpectrum(Tabled):
     interval: float
     most_stuck: np.ndarray
     noise_clock: str = REST
+    nontrivial_exponent: float = np.nan
+    nontrivial_error: float = np.nan
 
     def _columns(self) -> dict[str, np.ndarray]:
         return {"exponent": self.exponents, "standard_error": self.standard_error}
@@ -110,6 +114,14 @@ def lyapunov_spectrum(
     stiffer or more viscous; their logarithmic growth is counted after the transient. With noise
     they are those of the motion under one realisation of it.
 
+    The largest exponent besides the trivial one, of a shift of time, is measured by one more vector
+    w, from which the flow f = dz/dt is taken after each interval: w' = M w - f (f.M w) / (f.f),
+    with the tangent map M. As M maps the flow to the flow, deviations that count up to multiples of
+    f have a tangent dynamics of their own, with all exponents but that zero. So none has to be told
+    from zero to be left out. With noise by the clock "rest", f has the shift of the noise too: a
+    zero is left out if the chain rests now and then, and nothing if it never does. By the clock
+    "laboratory", and in steady slip, no exponent is trivial, and the largest of all is given.
+
     Parameters
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
@@ -130,7 +142,8 @@ def lyapunov_spectrum(
     -------
     LyapunovSpectrum or Results
         Of one chain its spectrum; of several the same by name, each from its one run: exponents and
-        standard_error (P, K), NaN for those that a shorter chain lacks, most_stuck (P,), growth
+        standard_error (P, K), NaN for those that a shorter chain lacks, nontrivial_exponent and
+        nontrivial_error (P,), most_stuck (P,), the number of directions that sticks erase, growth
         (P, T, K) and interval (). NaN too of a run without any slip or stick in which not all slip.
 
     Raises
@@ -156,16 +169,19 @@ def lyapunov_spectrum(
     measure = partial(_growth, count=count, **settings)
     spectra = gathered("exponents", made, measure, progress, **settings)
     warn_of_rests(made.cases, spectra.pop("rests"), transient)
-    growth = spectra["growth"]
+    across, growth = spectra.pop("across"), spectra["growth"]
     order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
     growth = np.take_along_axis(growth, order[:, None], axis=2)
     runs, errors = slopes(growth), standard_errors(growth)
+    largest, error = slopes(across), standard_errors(across)
     interval = (duration - transient) / growth.shape[1]
     if one_chain:
         chain, stuck = made.cases[0].parameters, spectra["most_stuck"]
-        means = _mean_of_runs(growth, errors)
-        return LyapunovSpectrum(chain, *means, runs, growth, interval, stuck, noise_clock)
+        parts = *_mean_of_runs(growth, errors), runs, growth, interval, stuck, noise_clock
+        nontrivial = (mean.item() for mean in _mean_of_runs(across, error))
+        return LyapunovSpectrum(chain, *parts, *nontrivial)
     spectra |= {"exponents": runs, "standard_error": errors, "growth": growth}
+    spectra |= {"nontrivial_exponent": largest[:, 0], "nontrivial_error": error[:, 0]}
     spectra["interval"] = np.array(interval)
     return spectra
 
@@ -190,14 +206,17 @@ def _growth(
     alone = (1 - _ALIGNED) * transient
     if transient > 0:
         observe(before, alone, [], vectors.part(report, 0, alone / duration))
-    chains = vectors.with_vectors(before.state(), members[0], size, noise_clock=noise_clock)
+    how: dict = {"noise_clock": noise_clock, "across": True}
+    chains = vectors.with_vectors(before.state(), members[0], size, **how)
     if transient > 0:
-        grow(chains, transient - alone, [], lambda done: None)
+        grow(chains, transient - alone, [], lambda done: None, across=True)
     stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
     report = vectors.part(report, transient / duration, 1)
-    growth = grow(chains, duration - transient, [stuck], report)
+    growth = grow(chains, duration - transient, [stuck], report, across=True)
     erased = np.arange(size) >= 2 * chains.n_blocks - stuck.most[:, None]
+    erased = np.column_stack([erased, vectors.none_across(chains, stuck.most)])
     growth = np.where(erased[:, None], -np.inf, growth)
     rests = (stuck.events == 0) & (stuck.most > 0)
     growth[rests] = np.nan
-    return {"most_stuck": stuck.most, "growth": growth, "rests": rests}
+    parts = {"growth": growth[..., :-1], "across": growth[..., -1:]}
+    return {"most_stuck": stuck.most, "rests": rests} | parts

@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from beltrepro.base import checks, names
+from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import WIDEST
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, advanced, exact_case, follow
 from beltrepro.engine.integrator import GROUP_SIZE
@@ -18,7 +20,8 @@ from beltrepro.engine.state import ChainState
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.simulation.setup import Case
 
-LARGEST = 2.0  # displacement, model length; an orbit that bears it has no margin
+SMALLEST = 1e-8  # displacement, model length: an orbit is known not much better
+LARGEST = 2.0  # an orbit that bears it has no margin
 _LATE = 3.0  # periods without a return after which a run has left
 _AFTER = 1e-6  # model time after the start of a slip at which its block is displaced
 
@@ -27,13 +30,47 @@ Slip = tuple[ChainState, float, int]
 """The start of a slip: a state just after it, its instant on the orbit, and its block from 0."""
 
 
-def margin(orbit: PeriodicOrbit, *, begin: float, periods: int, slips: int) -> float:
-    """The smallest displacement of a block, at the start of its slip, that loses the orbit.
+@names.checked
+def margin(
+    orbit: PeriodicOrbit, *, begin: float = 0.01, periods: int = 20, slips: int = 32
+) -> float:
+    """How far a disturbance may move a block before other sticks and slips follow than the orbit's.
 
-    From `begin` on each is a third of an octave larger. Runs are followed for some `periods`, from
-    at most so many `slips` of a period, spread evenly.
+    One block is moved, forward or back, at the start of one of its slips. Moved by less than the
+    margin the chain comes back to the orbit. From the margin on it can get onto another sequence of
+    sticks and slips: at some return of the last block a coordinate is off the orbit by more than
+    0.15 F_st then, or the block does not return for three periods.
+
+    Parameters
+    ----------
+    orbit : PeriodicOrbit
+        An orbit that attracts.
+    begin : float
+        Displacement that is tried first, model length. Where it loses the orbit, tenths of it are
+        tried, down to 1e-8; then each is a third of an octave (26 %) larger than the last.
+    periods : int
+        Periods for which each run is followed.
+    slips : int
+        From at most so many slips of a period, spread evenly.
+
+    Returns
+    -------
+    float
+        The smallest displacement that loses the orbit, model length; inf if 2 does not.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
     """
-    track, starts = Track.of(orbit), _slips(orbit, slips)
+    if not isinstance(orbit, PeriodicOrbit):
+        raise InputError(f"orbit = {checks.shown(orbit)}: a PeriodicOrbit is needed")
+    begin = checks.within("begin", begin, ge=SMALLEST, lt=LARGEST)
+    for name, value in (("periods", periods), ("slips", slips)):
+        checks.within(name, checks.whole_number(name, value), ge=1)
+    track, starts = Track.of(orbit), _slips(orbit, int(slips))
+    while begin > SMALLEST and _lost(track, starts, begin, periods):
+        begin = max(begin / 10, SMALLEST)
     while begin < LARGEST and not _lost(track, starts, begin, periods):
         begin *= 2 ** (1 / 3)
     return begin if begin < LARGEST else np.inf

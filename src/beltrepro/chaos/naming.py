@@ -1,4 +1,4 @@
-"""What motion a chain ends in: equilibrium slip, periodic, quasi-periodic, chaotic, transient."""
+"""What motion a chain ends in: equilibrium slip, periodic, chaotic and so on."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from beltrepro.model.parameters import LONGEST
 from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
+from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.groups import (
     Group,
     Report,
@@ -53,8 +54,8 @@ class Motion(Tabled):
     parameters : ChainParameters
         The chain.
     state : str
-        "equilibrium slip", "periodic", "quasi-periodic", "chaotic", "transient" or, with noise,
-        "noise-driven"; see `beltrepro.stats.motion.name_motion`.
+        "equilibrium slip", "periodic", "quasi-periodic", "chaotic", "stable chaos", "transient" or,
+        with noise, "noise-driven"; see `beltrepro.stats.motion.name_motion`.
     period_time, period_events : float, int
         Model time of a period, NaN if the orbit does not close or has no slip; slips of all blocks
         in it, 0 so.
@@ -63,6 +64,10 @@ class Motion(Tabled):
         block slips or sticks in the second half of that time, though not all slip.
     disorder_parameter, mean_length : float
         r (Eq. 4) and <x_N>: of the orbit if the motion is periodic, else after the transient.
+    nontrivial_exponent, nontrivial_error : float
+        The largest besides that of a shift of time, as in `lyapunov_spectrum`, and its error.
+    erased : int
+        Directions that sticks erase: the most blocks that are stuck at once after the transient.
     """
 
     parameters: ChainParameters
@@ -73,6 +78,9 @@ class Motion(Tabled):
     standard_error: float
     disorder_parameter: float
     mean_length: float
+    nontrivial_exponent: float
+    nontrivial_error: float
+    erased: int
 
 
 @with_setup
@@ -133,8 +141,11 @@ def _judged(
     chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
     begin, half = chains.time, chains.time + (1 - _END) * observed
     moments, log = LengthMoments(len(members), begin), ReturnLog(len(members))
-    growth = vectors.grow(chains, observed, [moments, log], vectors.part(report, share, 1))
+    stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
+    observers, report = [moments, log, stuck], vectors.part(report, share, 1)
+    growth = vectors.grow(chains, observed, observers, report, across=True)
     growth = growth[:, int(_ALIGNED * growth.shape[1]) :]
+    growth[vectors.none_across(chains, stuck.most), :, -1] = -np.inf
     exponents, errors = vectors.slopes(growth), vectors.standard_errors(growth)
     lengths = moments_of(moments, chains)
     rows = []
@@ -150,19 +161,23 @@ def _judged(
         state = name_motion(
             slides=sliding,
             closed=closed is not None,
-            exponents=exponents[lane],
-            standard_error=errors[lane],
+            exponents=exponents[lane, :-1],
+            standard_error=errors[lane, :-1],
+            nontrivial=(exponents[lane, -1], errors[lane, -1]),
             time=(1 - _ALIGNED) * observed,
             returns=len(times),
             noisy=case.parameters.noise > 0,
         )
-        first = int(np.argmax(exponents[lane]))
+        first = int(np.argmax(exponents[lane, :-1]))
         row = {
             "state": state,
             **period,
             "largest_exponent": exponents[lane, first],
             "standard_error": errors[lane, first],
             **{name: lengths[name][lane] for name in MOMENTS},
+            "nontrivial_exponent": exponents[lane, -1],
+            "nontrivial_error": errors[lane, -1],
+            "erased": stuck.most[lane],
             "rests": rests,
         }
         if closed is not None and state == PERIODIC:
@@ -188,7 +203,7 @@ def _after(
         positions = np.where(np.isfinite(mean), mean, positions)
     section = Section(chain.n_blocks, positions)
     settings = _VECTORS, sampling, section, noise_clock
-    return vectors.with_vectors(before.state(), members[0], *settings)
+    return vectors.with_vectors(before.state(), members[0], *settings, across=True)
 
 
 def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:

@@ -19,8 +19,7 @@ from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import times_as_fast
-from beltrepro.model.friction import kinetic_friction
-from beltrepro.model.spring import section_position
+from beltrepro.model.spring import acceleration, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
@@ -375,10 +374,9 @@ def coordinates(state: ChainState) -> np.ndarray:
 
 def flow(state: ChainState) -> np.ndarray:
     """Rates at which the coordinates change: velocities, and accelerations of slipping blocks."""
-    chain = state.parameters
-    braked = kinetic_friction(chain, state.relative_velocities) * state.directions
-    acceleration = (state.forces - braked) / np.asarray(chain.mass)
-    return np.concatenate([state.velocities, acceleration])[_free(state)]
+    moving = state.relative_velocities, state.directions
+    rates = acceleration(state.positions, *moving, state.parameters)
+    return np.concatenate([state.velocities, rates])[_free(state)]
 
 
 def shifted(state: ChainState, change: np.ndarray) -> ChainState:

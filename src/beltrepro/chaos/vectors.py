@@ -21,6 +21,7 @@ METHOD = "event"  # the only one with a tangent dynamics, that of the exact moti
 REST = "rest"  # the clock of the noise, see INTEGRATORS
 INTERVAL = 20.0  # model time between two orthonormalisations; e-folding takes 60 and more
 NO_SAMPLES = Sampling(1, 10 * INTERVAL)
+_STEADY = 1e-6  # share of the belt velocity: a chain with less flow in the end is in steady slip
 _BATCHES = 32  # of the growth of one run, whose scatter is its error
 _SLOPE = 1.2  # variance of a slope of a random walk by least squares over that by its ends
 
@@ -68,6 +69,10 @@ class LaboratoryIntegrator(TangentIntegrator):
 
     _hooks = tangent.HOOKS._replace(series_made=_hold_noise)
 
+    def flow(self) -> np.ndarray:
+        """As without noise; with it a shift of time leads to no motion of the same noise: 0."""
+        return np.where(self._noise[: self._width, None] > 0.0, 0.0, super().flow())
+
 
 INTEGRATORS = {REST: TangentIntegrator, "laboratory": LaboratoryIntegrator}
 
@@ -79,11 +84,16 @@ def with_vectors(
     sampling: Sampling = NO_SAMPLES,
     section: Section | None = None,
     noise_clock: str = REST,
+    across: bool = False,
 ) -> TangentIntegrator:
-    """Chains with random orthonormal vectors, all the same, by the means of one case."""
+    """Chains with random orthonormal vectors, all the same, by the means of one case.
+
+    across : whether the first of them is there once more, as the one that `grow` keeps across the
+    flow.
+    """
     chains = INTEGRATORS[noise_clock](
         states,
-        n_vectors=n_vectors,
+        n_vectors=n_vectors + across,
         sampling=sampling,
         sampled_blocks=1,
         section=section,
@@ -91,15 +101,24 @@ def with_vectors(
     )
     vectors, rows = chains.deviations(), 2 * chains.n_blocks
     random = np.random.default_rng(chains.n_blocks).standard_normal((rows, n_vectors))
-    vectors[:, :rows] = np.linalg.qr(random).Q
+    directions = np.linalg.qr(random).Q
+    vectors[:, :rows] = np.hstack([directions, directions[:, : int(across)]])
     chains.set_deviations(vectors)
     return chains
 
 
 def grow(
-    chains: TangentIntegrator, length: float, observers: Sequence, report: Report
+    chains: TangentIntegrator,
+    length: float,
+    observers: Sequence,
+    report: Report,
+    across: bool = False,
 ) -> np.ndarray:
-    """Rates of growth (W, T, K) in T intervals, after whose parts vectors are made orthonormal."""
+    """Rates of growth (W, T, K) in T intervals, after whose parts vectors are made orthonormal.
+
+    across : whether the last vector is not, but is kept across the flow: what is left of a
+    deviation if a shift of time does not count, and grows by the largest nontrivial exponent.
+    """
     begin, intervals = chains.time, max(1, round(length / INTERVAL))
     # a vector that shrinks by e^36 against another before they are made orthonormal is lost
     parts = times_as_fast(chains.parameters[0])
@@ -109,13 +128,36 @@ def grow(
         for chunk in chains.advance(begin + number * length / count):
             for observer in observers:
                 observer.observe(chunk)
-        directions, triangle = np.linalg.qr(chains.deviations())
-        chains.set_deviations(directions)
+        moved = chains.deviations()
+        directions, triangle = np.linalg.qr(moved[..., : moved.shape[2] - across])
         stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+        if across:
+            rest = _across(moved[..., -1], chains.flow())
+            size = np.linalg.norm(rest, axis=1, keepdims=True)
+            stretch = np.concatenate([stretch, size], axis=1)
+            rest = rest / np.maximum(size, np.finfo(float).tiny)
+            directions = np.concatenate([directions, rest[..., None]], axis=2)
+        chains.set_deviations(directions)
         growth.append(np.log(np.maximum(stretch, np.finfo(float).tiny)))
         report(number / count)
     rates = np.stack(growth, axis=1) * (intervals / length)
+    if across:  # where nothing moves in the end, or nothing is trivial, the first vector serves
+        velocities = np.array([chain.belt_velocity for chain in chains.parameters])
+        steady = np.linalg.norm(chains.flow(), axis=1) <= _STEADY * velocities
+        rates[steady, :, -1] = rates[steady, :, 0]
     return rates.reshape(len(rates), intervals, parts, -1).sum(axis=2)
+
+
+def _across(vectors: np.ndarray, flow: np.ndarray) -> np.ndarray:
+    """What vectors (W, D) have across the flow; all of them where there is none."""
+    size = np.linalg.norm(flow, axis=1, keepdims=True)
+    along = flow / np.where(size > 0.0, size, np.inf)
+    return vectors - along * np.sum(along * vectors, axis=1, keepdims=True)
+
+
+def none_across(chains: TangentIntegrator, most_stuck: np.ndarray) -> np.ndarray:
+    """Whether sticks have erased (W,) all that is across the flow: one block has but its phase."""
+    return 2 * chains.n_blocks - most_stuck <= chains.flow().any(axis=1)
 
 
 def slopes(growth: np.ndarray) -> np.ndarray:

@@ -108,9 +108,9 @@ def plot(options: argparse.Namespace) -> None:
 def classify(options: argparse.Namespace) -> None:
     """Tell what kind of motion one chain ends in.
 
-    It is equilibrium slip, periodic, quasi-periodic, chaotic or transient (with noise also
-    noise-driven), by recurrence of its state and its largest Lyapunov exponent. Only event has
-    this. Several motions can coexist: with an initial spread another replicate or seed starts
+    It is equilibrium slip, periodic, quasi-periodic, chaotic, stable chaos or transient (with noise
+    also noise-driven), by recurrence of its state and its Lyapunov exponents. Only event has this.
+    Several motions can coexist: with an initial spread another replicate or seed starts
     elsewhere.
     """
     from beltrepro.simulation.setup import TOLERANCES  # loads numba

@@ -96,6 +96,22 @@ def external_force(positions: npt.ArrayLike, parameters: ChainParameters) -> np.
     return force
 
 
+def acceleration(
+    positions: npt.ArrayLike,
+    relative_velocities: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    parameters: ChainParameters,
+    noise: npt.ArrayLike = 0.0,
+) -> np.ndarray:
+    """Acceleration (..., N) of blocks that slip over the belt in these directions; 0 where stuck.
+
+    noise : what the force of the noise adds to that of the springs.
+    """
+    braked = kinetic_friction(parameters, relative_velocities) * directions
+    force = external_force(positions, parameters) - braked + noise
+    return np.where(np.asarray(directions) != 0, force / np.asarray(parameters.mass), 0.0)
+
+
 def potential_energy(positions: npt.ArrayLike, parameters: ChainParameters) -> np.ndarray:
     """Energy stored in all springs of the chain."""
     deformations = chain_deformations(positions, parameters)

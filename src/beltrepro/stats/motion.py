@@ -17,7 +17,9 @@ QUASI_PERIODIC = "quasi-periodic"
 CHAOTIC = "chaotic"
 TRANSIENT = "transient"
 NOISE_DRIVEN = "noise-driven"
-MOTIONS = (EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, TRANSIENT, NOISE_DRIVEN)
+STABLE_CHAOS = "stable chaos"  # Politi, Livi, Oppo, Kapral, Europhys. Lett. 22, 571 (1993)
+UNSETTLED = (CHAOTIC, STABLE_CHAOS, TRANSIENT)
+MOTIONS = (EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, *UNSETTLED, NOISE_DRIVEN)
 
 # Standard errors by which an exponent must differ from zero, and e-foldings that it must bring
 # about in the time of observation: less cannot be told from a change of the vector within a period.
@@ -27,6 +29,9 @@ FOLDINGS = 5.0
 # not zero: the statement that it is zero needs a time that long. The chains that are chaotic take
 # some ten returns.
 RETURNS = 200
+# Share of the time in which deviations must shrink as far as to the distance at which states count
+# as one: what approaches an orbit has come back by then, and only irregular motion has not.
+_HALF = 0.5
 
 
 def margin(standard_error: npt.ArrayLike, time: npt.ArrayLike) -> np.ndarray:
@@ -51,14 +56,16 @@ def name_motion(
     standard_error: npt.ArrayLike,
     time: float,
     returns: int,
+    nontrivial: tuple[float, float] = (np.nan, np.nan),
     n_trivial: int = 1,
     noisy: bool = False,
 ) -> str:
     """Name of a motion from what was observed of it for some time: the criteria of docs/chaos.md.
 
     slides : whether all blocks slip on to the end. closed : whether the state comes back.
-    exponents : the largest. returns : to a section. n_trivial : exponents that are zero by the
-    symmetries of the motion; with more of them the motion fills a torus.
+    exponents : the largest. returns : to a section. nontrivial : the largest exponent but those
+    that are zero by the symmetries of the motion, and its error. n_trivial : how many are; with
+    more of them the motion fills a torus.
     """
     if slides:
         return EQUILIBRIUM
@@ -73,6 +80,9 @@ def name_motion(
         return NOISE_DRIVEN if np.all(resolved | (values < -least)) else TRANSIENT
     if np.sum(resolved & (np.abs(values) <= least)) > n_trivial:
         return QUASI_PERIODIC
+    exponent, error = nontrivial
+    if exponent < -margin(error, time) and -exponent * time * _HALF > -np.log(CLOSED):
+        return STABLE_CHAOS
     return TRANSIENT
 
 

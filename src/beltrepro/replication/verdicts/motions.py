@@ -16,7 +16,7 @@ from beltrepro.base.errors import require
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Evidence
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.motion import CHAOTIC, PERIODIC, TRANSIENT, above_zero
+from beltrepro.stats.motion import CHAOTIC, PERIODIC, STABLE_CHAOS, TRANSIENT, above_zero
 
 N_BLOCKS = 5
 LONG = 1e5  # ten times the longest mean lifetime of a transient that the paper allows
@@ -64,6 +64,8 @@ def _named(
     names: np.ndarray, arrays: dict, attributes: dict, low: float, high: float
 ) -> pd.DataFrame:
     names = names.astype(str)
+    # may end like any other irregular motion without an exponent above zero, and counts as such
+    names = np.where(names == STABLE_CHAOS, TRANSIENT, names)
     short = attributes["duration"] < LONG
     is_open = (names == TRANSIENT) | ((names == CHAOTIC) & short)
     runs = pd.DataFrame({"motion": names, "returns": arrays["period_returns"], "open": is_open})

@@ -25,6 +25,7 @@ FIGURES = {
 # differ in grey too.
 _LOOKS = {
     motion.CHAOTIC: ("#7a2e00", "", "irregular, exponent above zero"),
+    motion.STABLE_CHAOS: (style.VERMILION, "xxx", "irregular, exponent below zero"),
     motion.TRANSIENT: (style.ORANGE, "/////", "irregular, exponent not above zero or not known"),
     motion.QUASI_PERIODIC: (style.GREEN, "....", "quasi-periodic"),
     motion.PERIODIC: ("#a5d5f0", "", "periodic"),

@@ -11,7 +11,7 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
 from beltrepro.stats import estimates, sections, survival
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.motion import CHAOTIC, ERRORS, MOTIONS, PERIODIC, QUASI_PERIODIC, TRANSIENT
+from beltrepro.stats.motion import CHAOTIC, ERRORS, MOTIONS, PERIODIC, QUASI_PERIODIC, UNSETTLED
 
 TABLES = {
     "motions": Table(uses=("motion_map",)),
@@ -35,7 +35,7 @@ def motions(data) -> pd.DataFrame:
         row = place | {"runs": runs.size} | counts | _exponent(arrays["largest_exponent"][runs])
         row["longest_period"] = int(arrays["period_events"][runs].max())
         row["r_periodic"] = pd.Series(disorder[state == PERIODIC]).mean()
-        row["r_irregular"] = pd.Series(disorder[np.isin(state, (CHAOTIC, TRANSIENT))]).mean()
+        row["r_irregular"] = pd.Series(disorder[np.isin(state, UNSETTLED)]).mean()
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -125,7 +125,7 @@ def section_dimension(points: np.ndarray, n_groups: int) -> Estimate:
 
 TOLD_BY = ("motions", "mean_lifetimes", "noisy_motions")
 _LOW = 15.0  # belt velocity up to which no orbit of continuous slip competes
-_STATES = (PERIODIC, QUASI_PERIODIC, CHAOTIC, TRANSIENT)
+_STATES = (PERIODIC, QUASI_PERIODIC, *UNSETTLED)
 
 
 def describe(tables: dict[str, pd.DataFrame], _settings: dict) -> dict:
