@@ -30,6 +30,7 @@ from beltrepro.engine.state import ChainState, Scheme, settled
 from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.energy import kinetic_energy
 from beltrepro.model.spring import (
+    acceleration,
     external_force,
     potential_energy,
     spring_energy,
@@ -288,6 +289,12 @@ class Integrator:
     def velocities(self) -> np.ndarray:
         """Velocities (W, N) of the blocks now, in the laboratory frame."""
         return self._of_chains(self._lanes().relative_velocities + self._belt_velocity)
+
+    def accelerations(self, noise: np.ndarray) -> np.ndarray:
+        """Accelerations (W, N) of the blocks now, with forces (W, N) of the noise."""
+        lanes = self._lanes()
+        moving = self._of_chains(lanes.relative_velocities), self._of_chains(lanes.directions)
+        return acceleration(self.positions(), *moving, self.parameters[0], noise)
 
     def energy_residual(self) -> np.ndarray:
         """Energy balance (W,): what it does not account for, as a share of the belt's work.

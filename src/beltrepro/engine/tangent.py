@@ -23,7 +23,6 @@ from beltrepro.engine.law import braking, inverse_mass, pull_and_slope, stiffnes
 from beltrepro.engine.simd import LANES, fma, load, mask_bits, select, spread, square_root, store
 from beltrepro.engine.taylor import LEVELS, at, force_order, polynomial
 from beltrepro.engine.vector import inlined, maximum, minimum, zeros
-from beltrepro.model.spring import acceleration
 
 # Of a step, times the fastest rate of change: the terms left out are below 2.5^20 / 20! = 4e-11,
 # 4e-6 with noise. A motion that is not at rest has shorter steps.
@@ -312,10 +311,7 @@ class TangentIntegrator(EventIntegrator):
 
         Noise that goes on with the chain is earlier by the moment: a delay of -1.
         """
-        lanes = self._lanes()
-        moving = self._of_chains(lanes.relative_velocities), self._of_chains(lanes.directions)
-        noise = self._of_chains(self._chains.noise_force[0])
-        rates = acceleration(self.positions(), *moving, self.parameters[0], noise)
+        rates = self.accelerations(noise=self._of_chains(self._chains.noise_force[0]))
         delay = np.where(self._noise[: self._width, None] > 0.0, -1.0, 0.0)
         rows = [self.velocities(), rates, delay]
         return np.concatenate(rows[: 3 if self._noisy else 2], axis=1)

@@ -101,7 +101,7 @@ def acceleration(
     relative_velocities: npt.ArrayLike,
     directions: npt.ArrayLike,
     parameters: ChainParameters,
-    noise: npt.ArrayLike = 0.0,
+    noise: float | np.ndarray = 0.0,
 ) -> np.ndarray:
     """Acceleration (..., N) of blocks that slip over the belt in these directions; 0 where stuck.
 
