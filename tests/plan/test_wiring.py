@@ -12,14 +12,8 @@ import small_plans
 from beltrepro import simulate
 from beltrepro.replication.plan import dependencies, io, kinds
 from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.points import (
-    CHAIN,
-    QUANTITIES,
-    chain,
-    columns,
-    plain,
-    points_of,
-)
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES, columns, plain, points_of
+from beltrepro.replication.plan.points import chain as chain_of
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflow"
@@ -83,13 +77,11 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_key_of_a_dataset_changes_the_digest_of_its_file(kind, monkeypatch):
-    digests, place = (
-        [],
-        {"section_position": 61.5} if "section_block" in KINDS[kind].settings else {},
-    )
+    digests: list = []
+    place = {"section_position": 61.5} if "section_block" in KINDS[kind].settings else {}
     monkeypatch.setattr(io.store, "write", lambda *file: digests.append(file[2]["digest"]))
-    plans = [planned(kind, **place), planned(kind, preset="further", **place)]
-    plans.append(planned(kind, name="two", **place))
+    others = {}, {"preset": "further"}, {"name": "two"}
+    plans = [planned(kind, **place | other) for other in others]
     spec = plans[0].spec("one")
     for name in (*QUANTITIES, *KINDS[kind].settings):
         if name in place or (name == "method" and KINDS[kind].follows_tangents):
@@ -109,7 +101,7 @@ def test_series_of_several_sizes_are_the_runs_of_each():
     assert "velocities" not in made
     for row, point in enumerate(points):
         how = {name: getattr(point, name) for name in ("seed", "replicate", "initial_spread")}
-        run, n = simulate(chain(point), sample_start=5.0, **told, **how), point.n_blocks
+        run, n = simulate(chain_of(point), sample_start=5.0, **told, **how), point.n_blocks
         np.testing.assert_array_equal(made["time"], run.time)
         assert made["disorder_parameter"][row] == run.disorder_parameter
         for name in ("positions", "friction"):
