@@ -21,9 +21,11 @@ from beltrepro.chaos.vectors import (
     INTERVAL,
     NO_SAMPLES,
     LaboratoryIntegrator,
+    end_errors,
     grow,
     slopes,
     standard_errors,
+    times_as_fast,
     with_vectors,
 )
 from beltrepro.engine.records import EVENT_FORCE, EVENT_TIME
@@ -261,6 +263,21 @@ def test_the_error_of_a_mean_of_few_runs_covers_its_scatter(runs):
     mean, error = _mean_of_runs(growth, np.ones((3, 2)))
     assert mean[1] == -np.inf and error[1] == 0.0 and mean[0] == pytest.approx(0.2)
     assert _mean_of_runs(growth[1:2], np.ones((1, 2)))[1].tolist() == [1.0, 1.0]
+
+
+def test_the_error_about_a_line_is_that_of_its_slope():
+    """Sums that scatter about their line by themselves, of any unit: by 3000 slopes."""
+    growth = np.diff(5 * np.random.default_rng(3).normal(size=(3000, 101, 1)), axis=1)
+    assert end_errors(growth).mean() == pytest.approx(slopes(growth).std(), rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("law", "times"),
+    [({}, 1), ({"mass": 100.0}, 1), ({"mass": (4.0, 0.25)}, 2), ({"stiffness": (9.0, 1.0)}, 3),
+     ({"viscosity": 2.5}, 3), ({"viscosity": 1.5, "mass": 0.5}, 3)],
+)  # fmt: skip
+def test_vectors_are_made_orthonormal_as_often_as_the_fastest_rate_asks(law, times):
+    assert times_as_fast(ChainParameters(2, 10.0, **law)) == times
 
 
 def test_slopes_are_those_of_least_squares():

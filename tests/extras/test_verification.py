@@ -140,6 +140,12 @@ def test_a_difference_matters_if_a_verdict_differs(compared):
     assert wrong.words == "claim b: yes and yes here, yes and no in the list; this matters"
 
 
+def test_a_claim_that_is_missing_is_a_verdict_that_differs(compared):
+    folder, compare = compared
+    write_table(folder / "claims.csv", id=["b", "c"], replicated=["yes"] * 2, robust=["no"] * 2)
+    assert compare(**OTHER)["a"].words.startswith("claim a: missing here, yes and yes in the list")
+
+
 def test_the_command_says_what_it_found(compared, tmp_path, capsys):
     folder, _ = compared
     words = ["verify", str(folder), "--list", str(tmp_path / "own.json")]

@@ -12,6 +12,7 @@ from beltrepro.base import provenance, seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io
 from beltrepro.replication.plan.points import columns
+from beltrepro.simulation.run import EVENT
 
 ABOUT = {"title": "A table.", "columns": {"runs": "number of them"}}
 
@@ -130,3 +131,18 @@ def test_jobs_read_datasets_and_tables_and_what_is_behind_them(tmp_path):
     assert sources["rows.h5"] == {
         name: written.attributes[name] for name in ("preset", "run", "digest", "code_version")
     }
+
+
+@pytest.mark.parametrize("velocities", [[10], [10, 20]])
+def test_a_series_of_one_point_is_read_as_that_run(tmp_path, velocities):
+    made, count = small_plans.planned("series", belt_velocity=velocities), len(velocities)
+    points, several = columns(made.datasets["one"].points), count > 1
+    points |= {"time": np.arange(5.0), "positions": np.ones((count, 5, 2))}
+    events = np.zeros(4, [("point", "i4"), *EVENT.descr])
+    points |= {"mean_length": np.ones(count), "events": events}
+    io.write(tmp_path / "one.h5", made.spec("one"), points)
+    read = io.load({"one": str(tmp_path / "one.h5")})[0]["one"].arrays
+    shapes = {name: read[name].shape for name in ("time", "n_blocks", "positions", "mean_length")}
+    first = (count,) * several
+    assert [*shapes.values()] == [(5,), first, (*first, 5, 2), first]
+    assert read["events"].dtype.names == events.dtype.names[not several :]

@@ -112,6 +112,12 @@ def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
     assert {point.method for point in scheme["motion_map"].points} == {"event"}
 
 
+def test_the_method_may_be_that_of_the_noise():
+    by_noise = {"without_noise": "verlet", "with_noise": "event"}
+    points = single(noise=[0, 1e-3, 1], method=by_noise).points
+    assert [point.method for point in points] == ["verlet", "event", "event"]
+
+
 # --- layers ---------------------------------------------------------------------------------------
 
 
@@ -177,6 +183,8 @@ def test_recordings_have_the_speeds_and_the_frames_of_the_paper(plan):
     ("keys", "axis", "kept"),
     [
         ({"noise": {"start": 0, "stop": 6, "step": 1}}, "noise", [0, 3, 6]),
+        ({"noise": {2: {"start": 0, "stop": 6, "step": 1}}}, "noise", [0, 3, 6]),
+        ({"seed": [1, 2, 3, 4]}, "seed", [1, 2, 3, 4]),
         ({"replicate": {"count": 9}}, "replicate", [0, 1, 2]),
         ({"replicate": {"start": 1, "stop": 4, "step": 1}}, "replicate", [1, 2]),
         ({"replicate": 1, "also": {"replicate": {"start": 2, "stop": 9, "step": 1}}},

@@ -5,12 +5,15 @@ import copy
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import small_plans
-from beltrepro.replication.plan import dependencies, kinds
+from beltrepro import simulate
+from beltrepro.replication.plan import dependencies, io, kinds
 from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.points import CHAIN, QUANTITIES, plain, points_of
+from beltrepro.replication.plan.points import CHAIN, QUANTITIES, columns, plain, points_of
+from beltrepro.replication.plan.points import chain as chain_of
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflow"
@@ -70,6 +73,43 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
                 assert values[row] == getattr(point, name)
         heard.add(repr((spec["settings"], points)))
     assert len(heard) == len(names) + 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_key_of_a_dataset_changes_the_digest_of_its_file(kind, monkeypatch):
+    digests: list = []
+    place = {"section_position": 61.5} if "section_block" in KINDS[kind].settings else {}
+    monkeypatch.setattr(io.store, "write", lambda *file: digests.append(file[2]["digest"]))
+    others = {}, {"preset": "further"}, {"name": "two"}
+    plans = [planned(kind, **place | other) for other in others]
+    spec = plans[0].spec("one")
+    for name in (*QUANTITIES, *KINDS[kind].settings):
+        if name in place or (name == "method" and KINDS[kind].follows_tangents):
+            continue
+        part = changed(spec, name)["points" if name in QUANTITIES else "settings"]
+        plans.append(planned(kind, **place | {name: part[name]}))
+    for plan in plans:
+        (name,) = plan.datasets
+        io.write("", plan.spec(name), columns(plan.datasets[name].points))
+    assert len(set(digests)) == len(digests) > len(QUANTITIES)
+
+
+def test_series_of_several_sizes_are_the_runs_of_each():
+    points = planned("series").datasets["one"].points
+    told = {"duration": 40.0, "transient": 5.0, "sample_interval": 0.5}
+    made = kinds.record("series", points, told | {"samples": ["positions", "friction"]})
+    assert "velocities" not in made
+    for row, point in enumerate(points):
+        how = {name: getattr(point, name) for name in ("seed", "replicate", "initial_spread")}
+        run, n = simulate(chain_of(point), sample_start=5.0, **told, **how), point.n_blocks
+        np.testing.assert_array_equal(made["time"], run.time)
+        assert made["disorder_parameter"][row] == run.disorder_parameter
+        for name in ("positions", "friction"):
+            np.testing.assert_array_equal(made[name][row, :, :n], getattr(run, name))
+            assert np.isnan(made[name][row, :, n:]).all()
+        events = made["events"][made["events"]["point"] == row]
+        late = run.events[run.events["time"] >= 5.0]
+        assert events[[*late.dtype.names]].tolist() == late.tolist() != []
 
 
 # --- scripts --------------------------------------------------------------------------------------

@@ -20,6 +20,7 @@ from beltrepro.cli import app as cli
 from beltrepro.replication.plan import lock, registry, scripting
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import FIRST_BATCH, Plan, make_plan
+from beltrepro.replication.plan.points import points_of
 from beltrepro.replication.plan.workflow import RunProgress, Workflow
 from interruptions import copy_of_project
 
@@ -169,6 +170,23 @@ def test_touched_file_without_a_change_reruns_nothing_and_a_deleted_one_its_job(
     (finished / "results/smoke/datasets/basins_sizes.h5").unlink()
     count = jobs(snakemake(finished, "--dry-run"))
     assert count["join"] == 1 and "simulate" not in count
+
+
+def test_a_batch_names_its_points_its_integrators_and_the_code_behind_both(monkeypatch):
+    flow = Workflow(CONFIG | {"preset": "smoke"})
+    monkeypatch.setattr(flow, "code", lambda *names, **how: (names, how["methods"]))
+    single, used = flow.of_one_batch().split("|"), set()
+    for name, dataset in flow.plan.datasets.items():
+        assert (name in single) == (len(dataset.batches) == 1)
+        for batch, points in dataset.batches.items():
+            about = {"dataset": name} | ({} if name in single else {"batch": batch})
+            wildcards = SimpleNamespace(**about, get=about.get)
+            methods = tuple(sorted({point.method for point in points}))
+            assert points_of(flow.points(wildcards)) == list(points)
+            assert [Path(path).stem for path in flow.kernels(wildcards)] == [*methods]
+            assert flow.code_of_batch(wildcards) == (("simulate", dataset.kind.record), methods)
+            used.add(methods)
+    assert used == {("event",), ("verlet",), ("event", "verlet")}
 
 
 # --- what is seen on a terminal ---

@@ -82,6 +82,7 @@ ARGUMENTS = [
     (catalogue, {"duration": 390.0, "transient": 90.0, "section_position": 320.0}),
     (time_to_continuous_slip, {"duration": 390.0, "settle_time": 20.0}),
     (lyapunov_spectrum, {"duration": 340.0, "transient": 50.0, "n_exponents": 2}),
+    (time_to_orbit, {"duration": 390.0, "closed": 0.9}),
     (lyapunov_spectrum, {"noise_clock": "laboratory"}),
     (classify, {"duration": 340.0, "transient": 50.0, "noise_clock": "laboratory"}),
 ]
@@ -123,6 +124,49 @@ def test_each_chain_has_its_own_settings_whatever_its_company(function):
             row = together[name][index]
             row = row[: values.shape[1]] if values.ndim == 2 else row
             np.testing.assert_array_equal(row, values[0], err_msg=name)
+
+
+def columns_of(outcome, chain):
+    """Each array of a chain, and each field of its records."""
+    for values in outcome.values():
+        if fields := values.dtype.names:
+            yield from (values[name][values["point"] == chain] for name in fields[1:])
+        elif values.ndim:
+            yield values[[chain]]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("function", [scan, catalogue, classify, lyapunov_spectrum, time_to_orbit])
+def test_each_size_is_measured_as_if_alone(function):
+    """Chains of one size do not stand together; what shorter ones lack is NaN, or 0 of counts."""
+    sizes = ((2, 15.0), (5, 20.0), (1, 5.0), (3, 15.0, 1.0), (5, 12.0))
+    chains = [ChainParameters(*values) for values in sizes]
+    told = {"duration": 1500.0} if function is time_to_orbit else SHORT | {"duration": 160.0}
+    each = {"replicate": [1, 2, 3, 4, 5], "initial_spread": [1.0, 2.0, 0.5, 0.0, 0.3]}
+    if function in (scan, catalogue):
+        each["section_position"] = [120.0, 610.0, 80.0, 190.0, 560.0]
+    together = function(chains, **each, **told)
+    for index, chain in enumerate(chains):
+        one = {name: [values[index]] for name, values in each.items()}
+        alone = list(columns_of(function([chain], **one, **told), 0))
+        for here, expected in zip(columns_of(together, index), alone, strict=True):
+            here, rest = np.split(here, [expected.shape[-1]], axis=-1)
+            np.testing.assert_array_equal(here, expected)
+            assert rest.size == 0 or np.all(np.isnan(rest) if rest.dtype.kind == "f" else rest == 0)
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_fewer_samples_are_some_of_the_others_and_r_is_hardly_another(method):
+    lengths = {"duration": 240.0, "transient": 40.0, "method": method}
+    whole = simulate(ChainParameters(3, 12.0), **lengths)
+    for every in (4, 16, 30, None):
+        interval = every and every * 0.1
+        few = simulate(ChainParameters(3, 12.0), sample_interval=interval, **lengths)
+        assert few.disorder_parameter == pytest.approx(whole.disorder_parameter, rel=2e-3)
+        assert few.mean_length == pytest.approx(whole.mean_length, rel=2e-4)
+        for name in ("time", "positions", "velocities", "friction") if every else ():
+            expected = getattr(whole, name)[::every]
+            np.testing.assert_allclose(getattr(few, name), expected, rtol=0, atol=1e-6)
 
 
 def test_one_chain_with_sequences_is_simulated_for_each_of_their_values():
@@ -262,6 +306,9 @@ def test_time_to_continuous_slip_is_that_of_the_events_of_each_run(laminar_time,
         assert times["lifetime"][chain] == (stuck if escaped else 500)
         assert times["final_disorder"][chain] == run.disorder_parameter
         assert times["final_mean_length"][chain] == run.mean_length
+    late = scan(chains, duration=500.0, transient=470.0)
+    ranges = late["maximum_length"] - late["minimum_length"]
+    np.testing.assert_allclose(times["final_amplitude"], ranges)
     assert times["escaped"].sum() == escapes
 
 
@@ -273,6 +320,8 @@ def test_a_laminar_phase_is_longer_than_the_slips_of_heavy_blocks():
     assert not times["escaped"].any() and np.isnan(times.settings["laminar_time"])
     assert scan(chains[0], duration=500.0).settings["laminar_time"] == 20_000
     assert scan(chains[1], duration=500.0).settings["laminar_time"] == 200
+    differ = ChainParameters(2, 10.0, mass=(1.0, 4.0), stiffness=(0.25, 1.0))
+    assert scan(differ, duration=2.0).settings["laminar_time"] == 800
 
 
 def test_vectors_of_shorter_chains_end_with_nan():

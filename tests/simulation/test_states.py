@@ -154,6 +154,20 @@ def test_laminar_phases_and_lifetimes_count_from_the_state():
     assert not stuck["escaped"][0] and stuck["lifetime"][0] == 300
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_catalogue_goes_on_from_moving_blocks_with_what_begins_later(method):
+    chains = [ChainParameters(3, 4.0, 1.0)] * 8
+    how = {"method": method, "section_block": 2, "duration": 250.0}
+    begun = simulate(chains, duration=250.0, method=method, replicate=range(8))
+    states = [run.final_state for run in begun]
+    assert 0 < sum(np.any(state.directions != 0) for state in states) < 8
+    whole = catalogue(chains, transient=250.0, replicate=range(8), **how | {"duration": 500.0})
+    for name, rows in catalogue(chains, initial_state=states, **how).items():
+        assert len(rows) == len(whole[name]) > 50
+        for field in rows.dtype.names:
+            np.testing.assert_allclose(rows[field], whole[name][field], atol=1e-8, err_msg=field)
+
+
 # --- states from anywhere ---
 
 
@@ -366,6 +380,17 @@ def test_a_run_is_equal_to_what_it_saved(tmp_path, method, interval):
     assert (loaded.seed, loaded.replicate, loaded.sample_interval) == (7, 3, interval)
     assert simulate(chain, method=method, initial_state=loaded.initial_state, **lengths) == run
     assert len(repr(run)) < 150 and len(repr(run.final_state)) < 100 and "\n" not in repr(run)
+
+
+def test_a_file_keeps_each_constant_of_a_chain_and_how_it_was_told(tmp_path):
+    chain = ChainParameters(5, **dict(CHANGES) | {"belt_velocity": 9.0})
+    begin = simulate(chain, duration=13.0, replicate=2, initial_spread=1.0).final_state
+    told = {"duration": 9.0, "transient": 2.0, "sample_start": 4.0, "tolerance": 1e-8}
+    run = simulate(chain, initial_state=begin, **told)
+    run.save(tmp_path / "run.h5")
+    loaded = Run.load(tmp_path / "run.h5")
+    assert loaded == run and loaded.final_state.scheme.variables
+    assert {name: loaded[name] for name in told} == told
 
 
 def test_a_file_keeps_the_scheme_of_a_state_that_came_from_another(tmp_path):

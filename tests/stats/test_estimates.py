@@ -54,6 +54,11 @@ def test_what_is_often_not_found_has_no_interval():
     assert math.isnan(estimates.from_resamples(math.nan, samples, 8).value)
 
 
+def test_a_value_beyond_its_own_resamples_is_an_end_of_the_interval():
+    for value, ends in ((1.0, (1, 2)), (3.0, (2, 3))):
+        assert estimates.from_resamples(value, np.full(99, 2.0), 8).numbers == (value, *ends)
+
+
 def test_differences_and_ratios():
     one, other = Estimate(5.0, 4.0, 8.0, 9), Estimate(2.0, 1.0, 6.0, 8)
     estimate = estimates.difference(one, other)
@@ -112,3 +117,19 @@ def test_few_values_make_no_stretches():
     """Empty stretches would count as independent ones."""
     with pytest.raises(NotEnoughDataError, match="31 values, 32 are needed"):
         estimates.sums_in_stretches(np.arange(31.0), np.ones(31))
+
+
+@pytest.mark.parametrize("unlike", [True, False])
+def test_stretches_unlike_their_neighbours_are_runs_and_of_others_fewer_count(unlike):
+    number = np.arange(16)
+    values = number**1.5 * (-1) ** number if unlike else np.cos(np.pi / 3 * number)
+    parts = np.column_stack([np.ones(16), values])
+    one = estimates.from_stretches(lambda sums: 5 * sums[1] / sums[0], parts)
+    apart = values - values.mean()
+    alike = 0.0 if unlike else apart[1:] @ apart[:-1] / (apart @ apart)
+    count = 16 * (1 - alike) / (1 + alike)
+    reach = stats.t.ppf(0.975, count - 1) * 5 * values.std(ddof=1) / np.sqrt(count)
+    expected = 5 * values.mean() + reach * np.array([0, -1, 1])
+    assert one.numbers == pytest.approx(expected) and one.runs == int(count)
+    lost = estimates.from_stretches(lambda sums: np.nan if sums[0] < 16 else 1, parts)
+    assert (lost.value, lost.runs) == (1, 1) and math.isnan(lost.high)

@@ -71,9 +71,11 @@ def test_a_periodogram_is_the_square_of_the_fourier_transform():
 def test_lines_are_found_between_the_frequencies_of_the_spectrum():
     """These are 0.05 Hz apart; the lines lie on either side of the nearest, and on one."""
     places, time = np.array([0.512, 1.038, 2.0, 3.515]), np.arange(0, 200, 0.05)
-    values = np.sin(2 * np.pi * places[:, None] * time).sum(axis=0)
-    found = spectra.lines(values + 0.1 * RNG(6).standard_normal(time.size), 0.05).peaks_hz
-    np.testing.assert_allclose(found, places, atol=0.004)
+    values = np.sin(2 * np.pi * np.append(places, 5.0)[:, None] * time).sum(axis=0)
+    values += 0.1 * RNG(6).standard_normal(time.size)
+    for band, inside in ({}, places), ({"band_hz": (0.9, 2.1)}, places[1:3]):  # 5 Hz is beyond
+        found = spectra.lines(values, 0.05, **band).peaks_hz
+        np.testing.assert_allclose(found, inside, atol=0.004)
 
 
 def test_a_velocity_density_by_hand():
@@ -135,6 +137,21 @@ def test_ends_of_shorter_chains_are_read_at_their_own_last_block():
     assert states.label_ends(runs).tolist() == ends
 
 
+def test_each_point_is_judged_by_its_own_numbers():
+    cycle = np.tile([1.0, 2.0], 30)
+    points = {
+        "belt_velocity": np.ones(3),
+        "last_stick_time": np.array([50.0, 290.0, 290.0]),
+        "laminar_fraction": np.array([0.5, 0.0, 0.0]),
+        "laminar_count": np.zeros(3),
+        "section_velocity": np.stack([cycle, np.where(np.arange(60) < 11, cycle, np.nan), cycle]),
+    }
+    for order in ([0, 1, 2], [2, 0, 1]):
+        rows = {name: values[order] for name, values in points.items()}
+        labels = np.array([states.CONTINUOUS, states.UNDECIDED, states.PERIODIC])[order]
+        assert states.label_states(rows, transient=100.0, duration=300.0).tolist() == [*labels]
+
+
 # --- sections -------------------------------------------------------------------------------------
 
 
@@ -147,6 +164,14 @@ def test_the_period_search_at_its_edges():
     assert sections.find_period(np.tile(cycle[:4], 3)) == 4
     with pytest.raises(NotEnoughDataError, match="11 crossings"):
         sections.find_period(np.tile(cycle[:4], 3)[:11])
+
+
+@pytest.mark.parametrize(
+    ("size", "off", "period"), [(1.0, 0.049, 2), (1.0, 0.051, 4), (100.0, 0.99, 2), (100.0, 1.1, 4)]
+)
+def test_a_period_is_seen_within_a_tenth_or_a_fiftieth_of_the_range(size, off, period):
+    values = np.tile([0.0, size], 20) + np.tile([off, off, -off, -off], 10)
+    assert sections.find_period(np.append(values, [np.nan] * 9)) == period
 
 
 def test_the_occupied_share_by_hand():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
+from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import transition
 
@@ -48,6 +49,12 @@ def test_runs_at_several_velocities_count_as_many_at_each():
         assert row.between(low, high).tolist() == (inside & (np.array(rank) < most)).tolist()
     chosen = (velocity == 5) | (velocity == 12)
     assert velocity[row.evenly(chosen)].tolist() == [5] * 6 + [12] * 6
+
+
+def test_both_ends_of_a_range_count_to_the_rounding_of_a_grid():
+    values = np.array([0.5, 0.1 + 0.2, 0.4, 0.4 + 1e-8, 0.3 - 1e-8])
+    assert motions.between(values, 0.3, 0.4).tolist() == [False, True, True, False, False]
+    assert motions.between(values, 0.4, np.inf).tolist() == [True, False, True, True, False]
 
 
 def test_periodic_attractors_beyond_the_fall_are_outliers():
