@@ -156,12 +156,12 @@ def test_laminar_phases_and_lifetimes_count_from_the_state():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_catalogue_goes_on_from_moving_blocks_with_what_begins_later(method):
-    chains = [ChainParameters(3, 4.0, 1.0)] * 8
+    chains = [ChainParameters(3, 4.0, 1.0)] * 16
     how = {"method": method, "section_block": 2, "duration": 250.0}
-    begun = simulate(chains, duration=250.0, method=method, replicate=range(8))
+    begun = simulate(chains, duration=250.0, method=method, replicate=range(16))
     states = [run.final_state for run in begun]
-    assert 0 < sum(np.any(state.directions != 0) for state in states) < 8
-    whole = catalogue(chains, transient=250.0, replicate=range(8), **how | {"duration": 500.0})
+    assert 0 < sum(np.any(state.directions != 0) for state in states) < 16
+    whole = catalogue(chains, transient=250.0, replicate=range(16), **how | {"duration": 500.0})
     for name, rows in catalogue(chains, initial_state=states, **how).items():
         assert len(rows) == len(whole[name]) > 50
         for field in rows.dtype.names:
