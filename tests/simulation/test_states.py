@@ -156,7 +156,7 @@ def test_laminar_phases_and_lifetimes_count_from_the_state():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_catalogue_goes_on_from_moving_blocks_with_what_begins_later(method):
-    chains = [ChainParameters(3, 4.0, 1.0)] * 16
+    chains = [ChainParameters(3, 12.0, 1.0)] * 16
     how = {"method": method, "section_block": 2, "duration": 250.0}
     begun = simulate(chains, duration=250.0, method=method, replicate=range(16))
     states = [run.final_state for run in begun]

@@ -145,7 +145,9 @@ def grow(
         velocities = np.array([chain.belt_velocity for chain in chains.parameters])
         steady = np.linalg.norm(chains.flow(), axis=1) <= _STEADY * velocities
         rates[steady, :, -1] = rates[steady, :, 0]
-    return rates.reshape(len(rates), intervals, parts, -1).sum(axis=2)
+    rates = rates.reshape(len(rates), intervals, parts, -1).sum(axis=2)
+    # in this order, so that sums over intervals round the same way for any number of chains
+    return np.ascontiguousarray(rates)
 
 
 def _across(vectors: np.ndarray, flow: np.ndarray) -> np.ndarray:
