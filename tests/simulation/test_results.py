@@ -1,6 +1,7 @@
 """Everything that a public function returns: table, fields by name, a short line, notebooks."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -52,12 +53,22 @@ def test_a_result_has_a_table_a_line_and_its_parts_by_name(kind, returned):
     result = returned[kind]
     table = result.table()
     assert len(table) and table.columns.is_unique and len(repr(result)) < 1000
+    assert "\n" not in repr(result) and "array(" not in repr(result)
     assert "<table" in result._repr_html_() and "Traceback" not in result._repr_html_()
     if dataclasses.is_dataclass(result):
         name = dataclasses.fields(result)[0].name
         assert result[name] is getattr(result, name)
         with pytest.raises(InputError, match="did you mean"):
             result[name + "x"]
+
+
+def test_lines_of_a_motion_and_an_attractor_have_six_digits(returned):
+    motion, attractor = returned["Motion"], returned["Basins"].attractors[0]
+    assert f"N=2, u=10, sigma=0: state={motion.state}, period_time=" in repr(motion)
+    assert f"mean_length={motion.mean_length:.6g})" in repr(motion)
+    assert repr(attractor).startswith("Attractor(value=5, starts=1, state=periodic, period_time=")
+    for line in (repr(motion), repr(attractor), repr(returned["Run"].final_state.scheme)):
+        assert not re.search(r"\d\.\d{8}|\n", line)
 
 
 def test_results_by_chain_and_from_a_file(returned, tmp_path):
