@@ -3,6 +3,7 @@
 import dataclasses
 import re
 
+import h5py
 import numpy as np
 import pytest
 
@@ -20,6 +21,7 @@ from beltrepro import (
     scan,
     simulate,
 )  # fmt: skip
+from beltrepro.base import store
 from beltrepro.base.errors import InputError
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
@@ -69,6 +71,43 @@ def test_lines_of_a_motion_and_an_attractor_have_six_digits(returned):
     assert repr(attractor).startswith("Attractor(value=5, starts=1, state=periodic, period_time=")
     for line in (repr(motion), repr(attractor), repr(returned["Run"].final_state.scheme)):
         assert not re.search(r"\d\.\d{8}|\n", line)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """Results with vectors of several lengths, text and truth values, and their file."""
+    path = tmp_path_factory.mktemp("results") / "r.h5"
+    chains = [ChainParameters(3, u, mass=(1, 2, 1)) for u in (5.0, 10.0)]
+    results = scan(chains, duration=50, section_values=0)
+    results["escaped"] = np.array([True, False])
+    results.save(path)
+    return results, path
+
+
+def test_a_file_of_results_names_axes_and_units(saved):
+    results, path = saved
+    with h5py.File(path) as file:
+        axes = [[axis[0].name for axis in file[name].dims] for name in ("mass", "slip_count")]
+        units = [file[name].attrs["units"] for name in ("belt_velocity", "slip_count", "mass")]
+    assert axes == [["/chain", "/block"], ["/chain", "/block_10"]]
+    assert units == ["model velocity (0.0183 m/s)", "1", "model mass (0.116 kg)"]
+    loaded = Results.load(path)
+    assert list(loaded) == list(results) and "coordinates" not in loaded.settings
+    assert set(store.read(path).arrays) == set(results)
+    store.write(path.with_name("old.h5"), results, {"kind": "scan"})  # as before version 2.0
+    assert set(Results.load(path.with_name("old.h5"))) == set(results)
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_xarray_opens_a_file_of_results(saved, engine):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip(engine.replace("cdf4", "CDF4"))
+    results, path = saved
+    with xarray.open_dataset(path, engine=engine) as opened:
+        assert dict(opened.sizes) == {"chain": 2, "block": 3, "block_10": 10, "crossing": 0}
+        assert set(opened.coords) == {"belt_velocity"} and set(opened.variables) == set(results)
+        for name in ("mass", "slip_count", "escaped"):
+            np.testing.assert_array_equal(opened[name], results[name])
 
 
 def test_results_by_chain_and_from_a_file(returned, tmp_path):
