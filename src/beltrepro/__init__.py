@@ -23,6 +23,7 @@ _HOMES = {
     "basins": "chaos.basins",
     "catalogue": "simulation.catalogues",
     "classify": "chaos.naming",
+    "from_si": "model.units",
     "lyapunov_spectrum": "chaos.lyapunov",
     "margin": "chaos.margin",
     "mode_energies": "model.energy",
@@ -34,6 +35,7 @@ _HOMES = {
     "slipping_state": "simulation.starts",
     "time_to_continuous_slip": "simulation.scans",
     "time_to_orbit": "chaos.irregular",
+    "to_si": "model.units",
 }
 __all__ = sorted(_HOMES)
 

@@ -17,6 +17,8 @@ from beltrepro.engine.state import ChainState as ChainState
 from beltrepro.model.energy import mode_energies as mode_energies
 from beltrepro.model.energy import sliding_energy as sliding_energy
 from beltrepro.model.parameters import ChainParameters as ChainParameters
+from beltrepro.model.units import from_si as from_si
+from beltrepro.model.units import to_si as to_si
 from beltrepro.simulation.catalogues import Catalogue as Catalogue
 from beltrepro.simulation.catalogues import catalogue as catalogue
 from beltrepro.simulation.grid import Grid as Grid

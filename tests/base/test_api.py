@@ -13,6 +13,7 @@ from numpydoc.docscrape import FunctionDoc
 from numpydoc.validate import validate
 
 import beltrepro
+from beltrepro import Setup
 
 # docstring, sections in order, parameters all there, in order, with types and descriptions, returns
 RULES = {"GL06", "GL07", "GL08", "PR01", "PR02", "PR03", "PR04", "PR07", "PR10", "RT01", "RT03"}
@@ -43,6 +44,20 @@ def test_public_docstrings_are_complete(name):
     item = operator.attrgetter(name.removeprefix("beltrepro."))(beltrepro)
     if hasattr(item, "__wrapped__"):  # by `names.checked`: an argument can be wrong
         assert FunctionDoc(item)["Raises"]
+
+
+def test_functions_show_the_keywords_of_a_setup_with_their_words():
+    keywords = list(inspect.signature(Setup).parameters.values())[1:]
+    words = {one.name: one.desc for one in FunctionDoc(Setup)["Attributes"]}
+    shown = []
+    for name in beltrepro.__all__:
+        function = getattr(beltrepro, name)
+        if inspect.isfunction(function) and "workers" in inspect.signature(function).parameters:
+            assert list(inspect.signature(function).parameters.values())[-9:] == keywords
+            described = {one.name: one.desc for one in FunctionDoc(function)["Parameters"]}
+            assert described.items() >= {w: words[w] for w in list(words)[1:-1]}.items()
+            shown.append(name)
+    assert len(shown) == 9 and {"simulate", "scan", "basins"} <= set(shown)
 
 
 def test_nothing_else_has_such_sections():

@@ -63,6 +63,14 @@ sys.exit(lint_imports(config_filename="pyproject.toml", no_cache=True, no_logo=T
 """
 
 
+def test_type_checkers_are_told_that_there_are_hints():
+    data = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"][
+        "package-data"
+    ]
+    assert {"py.typed", "*.pyi"} <= set(data["*"])
+    assert (ROOT / "src" / "beltrepro" / "py.typed").exists()
+
+
 def test_no_import_crosses_a_border():
     words = [sys.executable, "-c", LINT]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)

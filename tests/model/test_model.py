@@ -33,6 +33,10 @@ def test_units_are_those_of_the_paper():
     for quantity, unit in base.items():
         assert units.to_si(2.0, quantity) == pytest.approx(2 * unit)
         assert units.from_si(2 * unit, quantity) == pytest.approx(2.0)
+    rate = units.to_si([2, np.nan], "extension_rate")
+    np.testing.assert_allclose(rate, [2 / length, np.nan])
+    assert units.to_si(2.0, "stiffness") == pytest.approx(2 * mass / time**2)
+    assert units.to_si(2.0, "viscosity") == pytest.approx(2 * mass / time)
     assert units.from_si(1.98, "force") == pytest.approx(71.4, abs=0.05)
     assert pytest.approx(0.45, abs=0.005) == units.KINETIC_FRICTION_N / units.STATIC_FRICTION_N
 
@@ -100,6 +104,16 @@ def test_constants_of_the_paper_are_the_defaults():
     assert chain.law == (71.4, 0.45, 50, 20, 0.2, 0.01, 1, 1, math.inf, 0) and not chain.varied
     assert chain.rest_positions.tolist() == [50, 100, 150, 200, 250]
     assert ChainParameters(5, 7.5, 2.2).describe() == "N=5, u=7.5, sigma=2.2"
+
+
+def test_a_chain_in_words_has_what_differs_from_the_law_of_the_paper_and_si_units():
+    chain = ChainParameters(3, 10.0, friction_ratio=0.4, mass=(1, 3, 1), linear_limit=math.inf)
+    law = "friction_ratio=0.4, linear_limit=inf"
+    assert chain.describe() == f"N=3, u=10, sigma=0, {law}, mass=(1, 3, 1)"
+    masses = "mass=(0.1158, 0.3474, 0.1158) kg"
+    assert chain.describe(si=True) == f"N=3, u=0.1831 m/s, sigma=0 N, {law} m, {masses}"
+    many = ChainParameters(9, 10.0, rest_length=range(50, 59))
+    assert many.describe().endswith(", rest_length=(50, 51, 52, ...)")
 
 
 # As documented, written here once more: numbers that are allowed, and numbers that are not.

@@ -8,8 +8,9 @@ import pytest
 import small_plans
 from beltrepro.base.errors import InputError
 from beltrepro.model import ChainParameters
-from beltrepro.model.units import TIME_S, VELOCITY_M_S
+from beltrepro.model.units import TIME_S, UNIT_OF, VELOCITY_M_S
 from beltrepro.replication.plan.config import load_config
+from beltrepro.replication.plan.kinds import KINDS
 from beltrepro.replication.plan.plan import make_plan
 from beltrepro.replication.plan.points import DEFAULTS
 from beltrepro.simulation.setup import Setup
@@ -64,6 +65,12 @@ def test_defaults_are_those_of_the_library():
     for name, default in DEFAULTS.items():
         parts = [part for part in (case, case.parameters, case.state) if hasattr(part, name)]
         assert {getattr(part, name) for part in parts} == {default}, name
+
+
+@pytest.mark.parametrize("kind", ["scan", "escapes", "motion", "settling"])
+def test_units_of_results_are_those_of_datasets(kind):
+    for name, array in KINDS[kind].arrays.items():
+        assert not array.unit or UNIT_OF.get(name, "1") == array.unit, name
 
 
 def test_the_last_quantity_varies_fastest():

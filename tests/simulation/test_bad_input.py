@@ -35,6 +35,7 @@ CALLS = [
     (beltrepro.slipping_state, {"parameters": CHAIN, "energy": 9.0}),
     (beltrepro.sliding_energy, MOVING),
     (beltrepro.mode_energies, MOVING),
+    *((call, {"value": 1.0, "quantity": "time"}) for call in (beltrepro.to_si, beltrepro.from_si)),
     (CATALOGUE.table, {}),
     (Run.load, {"path": "run.h5"}),
     (Results({}, {}).save, {"path": "scan.csv"}),
@@ -60,6 +61,8 @@ WRONG = {
     "initial_state": (5, [5], "much"),
     "progress": (5, True, "much"),
     "kind": (5, "", "slip"),
+    "value": ("1", None, {"a": 1}, True, ["1"], [[1.0], [2.0, 3.0]]),
+    "quantity": (5, [], "", "speed"),
     "path": (5, None, "a\0.h5", ["a.h5"]),
 }
 

@@ -1,8 +1,10 @@
 """Everything that a public function returns: table, fields by name, a short line, notebooks."""
 
 import dataclasses
+import re
 import warnings
 
+import h5py
 import numpy as np
 import pytest
 
@@ -56,12 +58,59 @@ def test_a_result_has_a_table_a_line_and_its_parts_by_name(kind, returned):
     result = returned[kind]
     table = result.table()
     assert len(table) and table.columns.is_unique and len(repr(result)) < 1000
+    assert "\n" not in repr(result) and "array(" not in repr(result)
     assert "<table" in result._repr_html_() and "Traceback" not in result._repr_html_()
     if dataclasses.is_dataclass(result):
         name = dataclasses.fields(result)[0].name
         assert result[name] is getattr(result, name)
         with pytest.raises(InputError, match="did you mean"):
             result[name + "x"]
+
+
+def test_lines_of_a_motion_and_an_attractor_have_six_digits(returned):
+    motion, attractor = returned["Motion"], returned["Basins"].attractors[0]
+    assert f"N=2, u=10, sigma=0: state={motion.state}, period_time=" in repr(motion)
+    assert f"mean_length={motion.mean_length:.6g})" in repr(motion)
+    assert repr(attractor).startswith("Attractor(value=5, starts=1, state=periodic, period_time=")
+    for line in (repr(motion), repr(attractor), repr(returned["Run"].final_state.scheme)):
+        assert not re.search(r"\d\.\d{8}|\n", line)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """Results with vectors of several lengths, text and truth values, and their file."""
+    path = tmp_path_factory.mktemp("results") / "r.h5"
+    chains = [ChainParameters(3, u, mass=(1, 2, 1)) for u in (5.0, 10.0)]
+    results = scan(chains, duration=50, section_values=0)
+    results["escaped"] = np.array([True, False])
+    results.save(path)
+    return results, path
+
+
+def test_a_file_of_results_names_axes_and_units(saved):
+    results, path = saved
+    with h5py.File(path) as file:
+        axes = [[axis[0].name for axis in file[name].dims] for name in ("mass", "slip_count")]
+        units = [file[name].attrs["units"] for name in ("belt_velocity", "slip_count", "mass")]
+    assert axes == [["/chain", "/block"], ["/chain", "/block_10"]]
+    assert units == ["model velocity (0.0183 m/s)", "1", "model mass (0.116 kg)"]
+    loaded = Results.load(path)
+    assert list(loaded) == list(results) and "coordinates" not in loaded.settings
+    assert set(store.read(path).arrays) == set(results)
+    store.write(path.with_name("old.h5"), results, {"kind": "scan"})  # as before version 2.0
+    assert set(Results.load(path.with_name("old.h5"))) == set(results)
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_xarray_opens_a_file_of_results(saved, engine):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip(engine.replace("cdf4", "CDF4"))
+    results, path = saved
+    with xarray.open_dataset(path, engine=engine) as opened:
+        assert dict(opened.sizes) == {"chain": 2, "block": 3, "block_10": 10, "crossing": 0}
+        assert set(opened.coords) == {"belt_velocity"} and set(opened.variables) == set(results)
+        for name in ("mass", "slip_count", "escaped"):
+            np.testing.assert_array_equal(opened[name], results[name])
 
 
 def test_results_by_chain_and_from_a_file(returned, tmp_path):
@@ -106,7 +155,7 @@ SLIDING = ChainParameters(1, 5.0, static_friction=10.0)  # slips for ever once i
         (ChainParameters(5, 10.0), {"section_block": 1, "section_position": 300.0},
          r"x_1 runs from 101\.\d+ to 199\.\d+, never down through 300$"),
         (SLIDING, {"initial_state": ChainState.in_motion(SLIDING, [57.0], [0.0])},
-         "N=1, u=5, sigma=0: no slip begins and ends: all blocks slip from t = 0 on$"),
+         "N=1, .*, static_friction=10: no slip begins and ends: all blocks slip from t = 0 on$"),
         ([ChainParameters(5, 10.0), ChainParameters(5, 1e-3)], {},
          r"^1 of 2 chains: N=5, u=0\.001, .*: no slip .*: all blocks stick from t = 0 on; x_5"),
     ],

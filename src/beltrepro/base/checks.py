@@ -45,14 +45,14 @@ def listed(name: str, value: Iterable) -> list:
 
 def whole_number(name: str, value: Any) -> int:
     """The value as an int; InputError names it if it is not a whole number."""
-    if not (_is_real(value) and value % 1 == 0):
+    if not (is_real(value) and value % 1 == 0):
         raise InputError(f"{name} = {shown(value)}: a whole number is needed")
     return int(value)
 
 
 def finite_number(name: str, value: Any) -> float:
     """The value as a float; InputError names it if it is not a finite number."""
-    if not _is_real(value):
+    if not is_real(value):
         raise InputError(f"{name} = {shown(value)}: a number is needed")
     try:
         number = float(value)
@@ -114,7 +114,7 @@ def spaced(name: str, start: float, stop: float, step: float) -> tuple[float, ..
 
 def series(name: str, value: Any) -> np.ndarray:
     """An array of numbers along one axis."""
-    array = _as_numbers(value)
+    array = as_numbers(value)
     if array.ndim != 1:
         raise InputError(f"{name} = {shown(value)}: a sequence of numbers is needed")
     return array
@@ -122,7 +122,7 @@ def series(name: str, value: Any) -> np.ndarray:
 
 def numbers(name: str, value: Any, count: int, *, rows: bool = False) -> np.ndarray:
     """An array of so many finite numbers, one for each block; if allowed, several rows of them."""
-    array = _as_numbers(value)
+    array = as_numbers(value)
     fits = array.shape[-1:] == (count,) and array.ndim <= 1 + rows
     if not (fits and np.isfinite(array).all()):
         needed = f"{count} numbers are needed, one for each block, all finite"
@@ -148,12 +148,12 @@ def path(name: str, value: Any, endings: Sequence[str] = ()) -> Path:
     return Path(value)
 
 
-def _is_real(value: Any) -> bool:
+def is_real(value: Any) -> bool:
     """Whether a value is a number; NumPy counts a duration among the whole ones."""
     return isinstance(value, Real) and not isinstance(value, bool | np.timedelta64)
 
 
-def _as_numbers(value: Any) -> np.ndarray:
+def as_numbers(value: Any) -> np.ndarray:
     """The value as an array of floats; of no axis if it is none of numbers."""
     array = _as_array(value)
     if array is None or (array.size and array.dtype.kind not in "iuf"):

@@ -5,7 +5,7 @@ The same content gives the same bytes: nothing written depends on time, path or 
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,7 @@ def write(
     arrays: Mapping[str, npt.ArrayLike],
     attributes: Mapping[str, Any],
     about: Mapping[str, Mapping[str, str]] | None = None,
+    axes: Mapping[str, Sequence[str]] | None = None,
 ) -> None:
     """Write arrays with attributes; the file appears, sealed, when it is complete."""
     with replacing(path) as unfinished:
@@ -46,6 +47,7 @@ def write(
                 options = _COMPRESSED if stored.nbytes >= COMPRESS_FROM_BYTES else {}
                 dataset = file.create_dataset(name, data=stored, track_times=False, **options)
                 dataset.attrs.update(sorted((about or {}).get(name, {}).items()))
+            _name_axes(file, axes or {})
             file.attrs.update(sorted(attributes.items()))
         seal.put(unfinished)
 
@@ -83,8 +85,20 @@ def _arrays(file: h5py.File) -> dict[str, np.ndarray]:
     return {
         name: item[()].astype(_with_text(item.dtype, "S", "U"))
         for name, item in items.items()
-        if isinstance(item, h5py.Dataset)
+        if isinstance(item, h5py.Dataset) and not item.is_scale
     }
+
+
+def _name_axes(file: h5py.File, axes: Mapping[str, Sequence[str]]) -> None:
+    """Make dimensions of netCDF of axes; its length is added to a name that another one has."""
+    for name in sorted(axes):
+        for size, word, axis in zip(file[name].shape, axes[name], file[name].dims, strict=False):
+            if word in axes or (word in file and len(file[word]) != size):
+                word = f"{word}_{size}"
+            if word not in file:
+                scale = file.create_dataset(word, (size,), "i4", track_times=False)
+                scale.make_scale(f"This is a netCDF dimension but not a netCDF variable.{size:10}")
+            axis.attach_scale(file[word])
 
 
 def _with_text(dtype: np.dtype, kind: str, other: str) -> np.dtype:

@@ -28,7 +28,7 @@ from beltrepro.observe.crossings import ReturnLog
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, Setup, setup_of, with_setup
-from beltrepro.simulation.tables import Tabled
+from beltrepro.simulation.tables import Tabled, brief
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 
@@ -45,7 +45,7 @@ _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#
 _MARKERS = {PERIODIC: "o", IRREGULAR: "x", EQUILIBRIUM: "s"}
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Attractor:
     """An attractor at one value of the quantity; that of the same label elsewhere is its branch."""
 
@@ -57,8 +57,11 @@ class Attractor:
     disorder_parameter: float
     mean_length: float
     orbit: PeriodicOrbit | None = None
-    rows: list[int] = field(default_factory=list, repr=False)  # of the runs that reach it
+    rows: list[int] = field(default_factory=list)  # of the runs that reach it
     label: int = 0  # from 1; 0 until it is known
+
+    def __repr__(self) -> str:
+        return f"Attractor({brief(self)})"
 
     @classmethod
     def of_runs(cls, value: float, starts: int, runs: Results, rows: list[int]) -> Attractor:
@@ -202,11 +205,11 @@ def basins(
     Parameters
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
-        P chains of one number of blocks, without noise.
+        P chains of one number of blocks, without noise, of the method "event".
     duration : float
         Model time after which a run counts as irregular.
     progress, **setup : callable, keywords of `Setup`
-        As in `simulate`; the method must be "event".
+        As in `simulate`.
 
     Returns
     -------

@@ -75,13 +75,13 @@ def time_to_orbit(
     Parameters
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
-        P chains.
+        P chains. Exponents are measured with the method "event" only.
     duration : float
         Model time after which a run is given up.
     closed : float
         Distance of two states that count as one, as a share of the largest coordinate.
     progress, **setup : callable, keywords of `Setup`
-        As in `simulate`. Exponents are measured with "event" only.
+        As in `simulate`.
 
     Returns
     -------

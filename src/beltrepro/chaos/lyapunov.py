@@ -126,7 +126,7 @@ def lyapunov_spectrum(
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
         One chain, of which several runs (`replicate=range(8), initial_spread=1`) tell the errors
-        best; or P chains, which may differ in everything.
+        best; or P chains, which may differ in everything. Only "event" has a tangent dynamics.
     duration, transient : float
         Model time of each run, and of its first part, which is not counted. The vectors turn to
         their directions in the last fifth of that.
@@ -136,7 +136,7 @@ def lyapunov_spectrum(
         When noise is the same for two chains: "rest", at the same time since the last rest of the
         whole chain, as in `event`; or "laboratory", at the same time.
     progress, **setup : callable, keywords of `Setup`
-        As in `simulate`; the method must be "event", the only one with a tangent dynamics.
+        As in `simulate`.
 
     Returns
     -------

@@ -33,7 +33,7 @@ from beltrepro.simulation.groups import (
 )
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
-from beltrepro.simulation.tables import Tabled
+from beltrepro.simulation.tables import Tabled, brief
 from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
 
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
@@ -45,7 +45,7 @@ _PERIODS = 10
 _AMPLE, _CYCLES = 1.25, 2 * _PERIODS  # times the loading, and the slowest motion, that are advised
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Motion(Tabled):
     """The motion in which a chain ends.
 
@@ -82,6 +82,9 @@ class Motion(Tabled):
     nontrivial_error: float
     erased: int
 
+    def __repr__(self) -> str:
+        return f"Motion({self.parameters.describe()}: {brief(self)})"
+
 
 @with_setup
 def classify(
@@ -101,14 +104,14 @@ def classify(
     Parameters
     ----------
     chains : ChainParameters, sequence of them, Grid or Setup
-        One chain or P chains.
+        One chain or P chains; only the method "event" has a tangent dynamics.
     duration, transient : float
         Model time of each run, and of its first part; the rest is judged. A period must fit in it
         twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
     progress, **setup : callable, keywords of `Setup`
-        As in `simulate`; the method must be "event", the only one with a tangent dynamics.
+        As in `simulate`.
 
     Returns
     -------

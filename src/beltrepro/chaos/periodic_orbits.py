@@ -150,12 +150,12 @@ def periodic_orbit(
     Parameters
     ----------
     chains : ChainParameters or Setup
-        One run of one chain, without noise.
+        One run of one chain, without noise, of the method "event".
     duration, transient : float
         Model time of the run, and of its first part, in which the chain may settle. A period must
         fit twice in the rest.
     progress, **setup : callable, keywords of `Setup`
-        As in `simulate`; the method must be "event".
+        As in `simulate`.
 
     Returns
     -------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ class Scheme:
 
     integrator: str  # name of the integrator that these are the variables of
     time_step: float  # dt, on which they depend
-    variables: dict[str, np.ndarray]  # by the names that the integrator gives them
+    variables: dict[str, np.ndarray] = field(repr=False)  # as the integrator names them
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,6 +12,7 @@ from beltrepro.base import names
 from beltrepro.base.checks import is_infinite, is_sequence, listed, shown, whole_number, within
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import one_of
+from beltrepro.model import units
 
 LARGEST = 1e9  # of every number: beyond it forces and positions have no digits left for the motion
 LONGEST = 1e12  # model time: instants beyond are not told apart to 1e-4
@@ -39,6 +40,7 @@ LIMITS: dict[str, dict[str, Any]] = {
     "tolerance": {"ge": 1e-16, "le": 1},  # of forces of some tens, which round by 1e-16 of them
 }
 """What each quantity may be, by the names that `checks.within` and pydantic have for ends."""
+_LETTERS, _MOST_SHOWN = {"belt_velocity": "u", "noise": "sigma"}, 3  # blocks, in messages
 PER_BLOCK = ("static_friction", "friction_ratio", "rest_length", "mass", "stiffness")
 _MAY_BE_INFINITE = ("linear_limit", "weakening_velocity")
 
@@ -165,16 +167,34 @@ class ChainParameters:
         one_of("quantity", quantity, [field.name for field in fields(self)[1:]])
         return np.full(self.n_blocks, getattr(self, quantity))
 
-    def describe(self) -> str:
+    def describe(self, si: bool = False) -> str:
         """Short text that names the chain, for messages.
+
+        Parameters
+        ----------
+        si : bool
+            Whether its numbers are in SI, as "N=5, u=0.1831 m/s, sigma=0.01386 N".
 
         Returns
         -------
         str
-            As "N=5, u=10, sigma=0.5".
+            As "N=5, u=10, sigma=0.5", and what differs from the law of the paper: "mass=(1, 3, 1)".
         """
-        text = f"N={self.n_blocks}, u={self.belt_velocity:g}, sigma={self.noise:g}"
-        return f"{text}, another law" if self.varied else text
+        parts = [f"N={self.n_blocks}"]
+        for name, default in ((field.name, field.default) for field in fields(self)[1:]):
+            value, letter = getattr(self, name), _LETTERS.get(name)
+            if letter or value != default:
+                parts.append(f"{letter or name}={_in_words(name, value, si)}")
+        return ", ".join(parts)
+
+
+def _in_words(name: str, value: Any, si: bool) -> str:
+    """A constant as text; of many blocks the first few."""
+    size, symbol = units.SI.get(units.UNIT_OF.get(name, "") if si else "", (1.0, ""))
+    first = np.atleast_1d(value)[: _MOST_SHOWN + 1]
+    texts = [f"{size * number:{'.4g' if si else 'g'}}" for number in first]
+    text = ", ".join([*texts[:_MOST_SHOWN], *["..." for _ in texts[_MOST_SHOWN:]]])
+    return (f"({text}) {symbol}" if isinstance(value, tuple) else f"{text} {symbol}").rstrip()
 
 
 def check_chain(parameters: Any) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 class Catalogue(Arrays):
     """Slips, avalanches and section points of P chains: a dict of structured arrays.
 
-    In all of them `point` is the number of the chain. Model units, laboratory frame.
+    `catalogue` says what their fields are.
     """
 
     def __repr__(self) -> str:
@@ -99,10 +99,17 @@ def catalogue(
     Returns
     -------
     Catalogue
-        A dict of structured arrays. slips, avalanches : those that start after the transient, see
-        `beltrepro.observe.slips`. section : point, time, positions (N,), velocities (N,) of each
-        crossing after the transient, N that of the longest chain, NaN padded. A chain of which
-        there is none gets a warning that says what it did instead.
+        Structured arrays of what starts after the transient. Times, places from the wall on and
+        energies are in model units; `point` is the number of the chain, from 0:
+
+        - slips: block, from 1; start_time, stop_time; start_position, stop_position of the block;
+          dissipated, the energy that friction takes from it, positive
+        - avalanches, from the first slip of a resting chain until all blocks stick: start_time,
+          stop_time; how many slips, of how many blocks; dissipated by all; spring_energy_drop,
+          positive where springs lose energy; last_block_displacement, negative towards the wall
+        - section: time; positions (N,), velocities (N,), N that of the longest chain, NaN padded
+
+        A chain of which there is none gets a warning that says what it did instead.
 
     Raises
     ------

@@ -1,7 +1,6 @@
 """One run at a glance: x_N(t), r and slips; `Run.plot` and `beltrepro plot` draw it."""
 
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -114,14 +113,10 @@ def _draw_length(axes, run):
 
 def _title(chain):
     """The chain, with the constants of its law that differ from those of the paper."""
-    symbols = {name: symbol for symbol, name in SYMBOLS.items()}
-    parts = [chain.describe().replace("sigma", "σ")]
-    for field in fields(chain)[3:]:
-        symbol, value = symbols[field.name], getattr(chain, field.name)
-        if value != field.default:
-            same = not isinstance(value, tuple)
-            parts.append(f"{symbol}={value:g}" if same else f"{symbol} by block")
-    return ", ".join(parts)
+    text = chain.describe()
+    for symbol, name in SYMBOLS.items():
+        text = text.replace(f"{name}=", f"{symbol}=")
+    return text.replace("sigma", "σ")
 
 
 def _draw_disorder(axes, run):

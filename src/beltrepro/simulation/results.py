@@ -11,6 +11,7 @@ import numpy as np
 
 from beltrepro.base import atomic, checks, names, provenance, store
 from beltrepro.base.errors import InputError
+from beltrepro.model.units import TEXTS, UNIT_OF
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.groups import Group, Report, in_groups
 from beltrepro.simulation.setup import Setup, columns
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Measure = Callable[[Group], dict[str, np.ndarray]]
+# Axes of arrays after that of the chains, where they are not the blocks.
+_AXES = {"section_velocity": "crossing", "return_state": "coordinate", "exponents": "exponent"}
+_AXES |= {"standard_error": "exponent", "growth": "stretch exponent"}
 
 
 class Results(Arrays):
@@ -90,7 +94,8 @@ class Results(Arrays):
         Parameters
         ----------
         path : str or Path
-            The file, .csv or .h5; it appears under its name when it is complete.
+            The file, .csv or .h5; it appears under its name when it is complete. An .h5 has named
+            axes and units, with `xarray.open_dataset` too.
 
         Raises
         ------
@@ -102,8 +107,11 @@ class Results(Arrays):
             with atomic.replacing(path) as unfinished:
                 self.table().to_csv(unfinished, index=False)
         else:
-            order = {"columns": json.dumps(list(self))}  # the file has them by name
-            store.write(path, dict(self), provenance.origin() | self.settings | order)
+            # the file has the arrays by name, and xarray takes coordinates from here
+            order = {"columns": json.dumps(list(self)), "coordinates": " ".join(self.axes)}
+            about = {name: {"units": TEXTS[UNIT_OF.get(name, "1")]} for name in self}
+            axes = {name: ["chain", *_AXES.get(name, "block").split()] for name in self}
+            store.write(path, self, provenance.origin() | self.settings | order, about, axes)
 
     @classmethod
     @names.checked
@@ -130,6 +138,7 @@ class Results(Arrays):
         data = store.read(path)
         if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
             raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
+        data.attributes.pop("coordinates", None)
         order = json.loads(data.attributes.pop("columns", "[]")) or data.arrays
         return cls({name: data.arrays[name] for name in order}, data.attributes)
 

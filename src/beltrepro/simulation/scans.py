@@ -71,14 +71,17 @@ def scan(
     Returns
     -------
     Results
-        mean_length, disorder_parameter (Eq. 4), minimum_length, maximum_length; energy_residual,
-        mean_wall_tension and sum_rule_residual as `Run` has them, of the whole run;
-        section_position, section_count (all downward crossings of x_N after the transient),
-        section_velocity (P, section_values) v_N at the first of them, NaN padded; slip_count
-        (P, N), N that of the longest chain or 10; laminar_fraction, laminar_count, laminar_mean
-        (NaN of none), laminar_longest (NaN, as the fraction, where no laminar phase fits into the
-        time after the transient); last_stick_time of the last block, NaN if it never stuck.
-        Model units, laboratory frame.
+        Of the time after the transient, in model units, places and velocities from the wall on:
+
+        - disorder_parameter, r (Eq. 4); mean_length, minimum_length, maximum_length of x_N
+        - section_position; section_count, all downward crossings of x_N; section_velocity (P,
+          section_values), v_N at the first of them, negative, NaN padded
+        - slip_count (P, N) of the blocks, N that of the longest chain or 10
+        - laminar_fraction, laminar_count; laminar_mean (NaN of none), laminar_longest, times; fraction
+          and longest are NaN where no laminar phase fits into the time
+        - of the whole run: energy_residual, sum_rule_residual as `Run` has them; mean_wall_tension,
+          a force, positive where the wall is pulled; last_stick_time of the last block, NaN if it
+          never stuck
 
     Raises
     ------

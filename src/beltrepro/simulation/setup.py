@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property, partial
-from inspect import signature
+from inspect import cleandoc, signature
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -113,9 +114,8 @@ class Setup:
     """Chains, by what means they are advanced, and where they begin.
 
     All functions take one, or its chains and keywords: `simulate(Setup(chain, method="verlet"),
-    duration=100)` is `simulate(chain, method="verlet", duration=100)`. Each quantity is one value
-    for all chains, or a sequence with one value for each. One chain with sequences is simulated
-    once for each of their values: `Setup(chain, replicate=range(200))` are 200 runs of it.
+    duration=100)` is `simulate(chain, method="verlet", duration=100)`. One chain with a sequence is
+    simulated once for each value in it: `Setup(chain, replicate=range(200))` are 200 runs of it.
 
     Attributes
     ----------
@@ -123,6 +123,8 @@ class Setup:
         The chains, which may differ in everything.
     method : str
         "event", the exact dynamics (docs/integrators.md), or "verlet", the scheme of the Appendix.
+        This and what follows, up to `workers`, is one value for all chains, or a sequence with one
+        for each.
     time_step : float
         dt, model time, at most 0.1; for "event" it only sets the strength of the noise.
     tolerance : float or None
@@ -187,9 +189,18 @@ class Setup:
 Chains: TypeAlias = ChainParameters | Sequence[ChainParameters] | Grid | Setup
 
 
+_KEYWORDS = list(signature(Setup).parameters.values())[1:]
+_TEXT = cleandoc(Setup.__doc__ or "").partition("\nmethod : ")[2].partition("cases : ")[0]
+
+
 def with_setup(function: F) -> F:
-    """Decorate a function that takes the keywords of a setup beside its own."""
-    return names.checked(function, also=(*_CHECKS, "workers"))
+    """Decorate a function that takes the keywords of a setup beside its own, and show them."""
+    called: Any = names.checked(function, also=(*_CHECKS, "workers"))
+    own = signature(function)
+    called.__signature__ = own.replace(parameters=[*own.parameters.values()][:-1] + _KEYWORDS)
+    text = re.sub(r", \*\*setup( : callable).*", r"\1", cleandoc(function.__doc__ or ""))
+    called.__doc__ = text.replace("\n\nReturns\n", f"\nmethod : {_TEXT}\nReturns\n")
+    return called
 
 
 def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:

@@ -39,6 +39,14 @@ def html(result: Any) -> str:
     return f"<p>{escape(repr(result))}</p>{result.table().head(_MOST_ROWS).to_html()}"
 
 
+def brief(result: Any) -> str:
+    """The numbers and texts of a dataclass in one line, to six digits."""
+    values = {field.name: getattr(result, field.name) for field in fields(result)}
+    texts = {name: one for name, one in values.items() if isinstance(one, str | int | float)}
+    texts |= {name: f"{one:.6g}" for name, one in values.items() if isinstance(one, float)}
+    return ", ".join(f"{name}={text}" for name, text in texts.items())
+
+
 class Arrays(dict[str, np.ndarray]):
     """Arrays by name."""
 

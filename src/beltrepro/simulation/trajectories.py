@@ -69,10 +69,8 @@ def simulate(
         r differs with the interval, over 2500 time units by about 1e-5 of itself.
     sample_start : float
         The first part of the run that has no samples, model time.
-    progress : callable
+    progress, **setup : callable, keywords of `Setup`
         Called with the fraction done.
-    **setup
-        The keywords of `Setup`.
 
     Returns
     -------

@@ -23,17 +23,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
 
 WORDS = read_yaml(Path(__file__).with_name("words.yaml"))
-UNITS = {
-    "1": "1",
-    "length": f"model length ({1e3 * units.LENGTH_M:.3g} mm)",
-    "1/length": f"1 / model length ({1e3 * units.LENGTH_M:.3g} mm)",
-    "time": f"model time ({units.TIME_S:.3g} s)",
-    "1/time": f"1 / model time ({units.TIME_S:.3g} s)",
-    "velocity": f"model velocity ({units.VELOCITY_M_S:.3g} m/s)",
-    "force": f"model force ({units.FORCE_N:.3g} N)",
-    "energy": f"model energy ({units.ENERGY_J:.3g} J)",
-}
-"""Text of each unit as files carry it."""
+UNITS = units.TEXTS
 
 
 class Described(NamedTuple):
