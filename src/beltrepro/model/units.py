@@ -45,7 +45,7 @@ _UNITS = {
     "time": "time_step laminar_mean laminar_longest last_stick_time lifetime period_time "
     "irregular_time interval",
     "1/time": "final_stick_rate largest_exponent standard_error irregular_exponent irregular_error "
-    "exponents growth",
+    "nontrivial_exponent nontrivial_error exponents growth",
     "velocity": "belt_velocity weakening_velocity section_velocity",
     "force": "static_friction noise tolerance mean_wall_tension",
 }

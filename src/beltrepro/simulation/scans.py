@@ -77,8 +77,8 @@ def scan(
         - section_position; section_count, all downward crossings of x_N; section_velocity (P,
           section_values), v_N at the first of them, negative, NaN padded
         - slip_count (P, N) of the blocks, N that of the longest chain or 10
-        - laminar_fraction, laminar_count; laminar_mean (NaN of none), laminar_longest, times; fraction
-          and longest are NaN where no laminar phase fits into the time
+        - laminar_fraction, laminar_count; laminar_mean (NaN of none), laminar_longest, times; the
+          fraction and the longest are NaN where no laminar phase fits into the time
         - of the whole run: energy_residual, sum_rule_residual as `Run` has them; mean_wall_tension,
           a force, positive where the wall is pulled; last_stick_time of the last block, NaN if it
           never stuck
