@@ -8,7 +8,7 @@ from scipy import stats
 
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.stats import survival
-from beltrepro.stats.motion import above_zero, margin
+from beltrepro.stats.motion import above_zero, resolution
 
 RNG = np.random.default_rng
 
@@ -200,7 +200,7 @@ def test_runs_spread_in_five_e_foldings():
     assert start(0.01, 0.004, 1e4) == 0  # not above zero
     assert start(0.01, 0.001, 400) == 0  # not seen long enough
     assert start(np.nan, np.nan, 0.0) == 0
-    assert margin(0.001, 400) == 0.0125
+    assert resolution(0.001, 400) == 0.0125
     assert above_zero([0.013, 0.012], 0.001, 400).tolist() == [True, False]
 
 

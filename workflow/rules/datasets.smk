@@ -6,7 +6,7 @@
 
 
 rule compile:
-    "Compile an integrator: jobs that did so for themselves would take three times as long."
+    "Compile an integrator: jobs that did so for themselves would take twice as long."
     output:
         touch("<results>/kernels/{method}.compiled"),
     log:

@@ -19,7 +19,7 @@ from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results, gathered
 from beltrepro.simulation.setup import Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
-from beltrepro.stats.motion import margin
+from beltrepro.stats.motion import resolution
 
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
 
@@ -84,7 +84,7 @@ class LyapunovSpectrum(Tabled):
         first = int(np.argmin(np.abs(self.exponents[finite])))
         time = self.growth.shape[1] * self.interval
         # the error of a short run is not known
-        least = margin(np.nan_to_num(self.standard_error[first]), time)
+        least = resolution(np.nan_to_num(self.standard_error[first]), time)
         return first if abs(self.exponents[first]) <= least else None
 
     def __repr__(self) -> str:

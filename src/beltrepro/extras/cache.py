@@ -1,5 +1,6 @@
 """Compiles all integrators before they are needed: `python -m beltrepro.extras.cache`."""
 
+import logging
 import time
 from functools import partial
 
@@ -23,6 +24,7 @@ def compile_kernels(method: str) -> None:
 
 
 if __name__ == "__main__":
+    logging.getLogger("beltrepro").addHandler(logging.NullHandler())  # it is told here
     for method in KINDS:
         began = time.monotonic()
         compile_kernels(method)

@@ -196,8 +196,9 @@ _TEXT = cleandoc(Setup.__doc__ or "").partition("\nmethod : ")[2].partition("cas
 def with_setup(function: F) -> F:
     """Decorate a function that takes the keywords of a setup beside its own, and show them."""
     called: Any = names.checked(function, also=(*_CHECKS, "workers"))
-    own = signature(function)
-    called.__signature__ = own.replace(parameters=[*own.parameters.values()][:-1] + _KEYWORDS)
+    shown = signature(function)
+    keywords = [*shown.parameters.values()][:-1] + _KEYWORDS  # in place of **setup
+    called.__signature__ = shown.replace(parameters=keywords)
     text = re.sub(r", \*\*setup( : callable).*", r"\1", cleandoc(function.__doc__ or ""))
     called.__doc__ = text.replace("\n\nReturns\n", f"\nmethod : {_TEXT}\nReturns\n")
     return called

@@ -34,7 +34,7 @@ RETURNS = 200
 _HALF = 0.5
 
 
-def margin(standard_error: npt.ArrayLike, time: npt.ArrayLike) -> np.ndarray:
+def resolution(standard_error: npt.ArrayLike, time: npt.ArrayLike) -> np.ndarray:
     """How far from zero an exponent must be to be told from it."""
     errors, times = (np.asarray(values, dtype=float) for values in (standard_error, time))
     with np.errstate(divide="ignore"):
@@ -45,7 +45,7 @@ def above_zero(
     exponent: npt.ArrayLike, standard_error: npt.ArrayLike, time: npt.ArrayLike
 ) -> np.ndarray:
     """Whether exponents are above zero, beyond doubt."""
-    return np.asarray(exponent, dtype=float) > margin(standard_error, time)
+    return np.asarray(exponent, dtype=float) > resolution(standard_error, time)
 
 
 def name_motion(
@@ -74,14 +74,14 @@ def name_motion(
     values = np.asarray(exponents, dtype=float)
     if np.any(above_zero(values, standard_error, time)):
         return CHAOTIC
-    least = margin(standard_error, time)
+    least = resolution(standard_error, time)
     resolved = least * time * RETURNS <= returns
     if noisy:  # where motions under the same noise do not separate, it is irregular as the noise is
         return NOISE_DRIVEN if np.all(resolved | (values < -least)) else TRANSIENT
     if np.sum(resolved & (np.abs(values) <= least)) > n_trivial:
         return QUASI_PERIODIC
     exponent, error = nontrivial
-    if exponent < -margin(error, time) and -exponent * time * _HALF > -np.log(CLOSED):
+    if exponent < -resolution(error, time) and -exponent * time * _HALF > -np.log(CLOSED):
         return STABLE_CHAOS
     return TRANSIENT
 
