@@ -33,6 +33,33 @@ def _add_crossings(crossings, crossing_count, belt_velocity, start, count, value
                 count[lane] += 1
 
 
+class SectionHistogram:
+    """How often the velocity of the last block, at the crossings, fell into each of B bins."""
+
+    def __init__(self, belt_velocity: np.ndarray, edges: np.ndarray, start: float) -> None:
+        self._belt_velocity = belt_velocity
+        self._edges = edges  # (B+1,), rising
+        self._start = start
+        self.count = np.zeros((len(belt_velocity), len(edges) - 1), dtype=np.uint32)
+
+    def observe(self, chunk: Chunk) -> None:
+        crossed = chunk.crossings, chunk.crossing_count
+        _sort_crossings(*crossed, self._belt_velocity, self._start, self._edges, self.count)
+
+
+@kernel
+def _sort_crossings(crossings, crossing_count, belt_velocity, start, edges, count):
+    """Count the crossings since `start` by their velocity."""
+    last = crossings.shape[2] - 1
+    for lane in range(len(count)):
+        for row in range(crossing_count[lane]):
+            if crossings[lane, row, 0] >= start:
+                velocity = crossings[lane, row, last] + belt_velocity[lane]
+                place = np.searchsorted(edges, velocity, side="right") - 1
+                if 0 <= place < count.shape[1]:
+                    count[lane, place] += 1
+
+
 class ReturnLog:
     """Full states of W chains at all crossings of a section, and all slips on the way."""
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 Measure = Callable[[Group], dict[str, np.ndarray]]
 # Axes of arrays after that of the chains, where they are not the blocks.
-_AXES = {"section_velocity": "crossing", "return_state": "coordinate", "exponents": "exponent"}
-_AXES |= {"standard_error": "exponent", "growth": "stretch exponent"}
+_AXES = {"section_velocity": "crossing", "section_histogram": "bin", "return_state": "coordinate"}
+_AXES |= {"exponents": "exponent", "standard_error": "exponent", "growth": "stretch exponent"}
 
 
 class Results(Arrays):

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import checks
+from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.model.energy import slow_unit
-from beltrepro.observe.crossings import SectionValues
+from beltrepro.observe.crossings import SectionHistogram, SectionValues
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
@@ -45,6 +46,7 @@ def scan(
     transient: float = 0.0,
     section_position: PerChain[float] | None = None,
     section_values: int = 500,
+    section_bins: Sequence[float] | None = None,
     laminar_time: float | None = None,
     progress: Report | None = None,
     **setup: Any,
@@ -62,6 +64,8 @@ def scan(
         `beltrepro.model.section_position`.
     section_values : int
         Crossings of the section kept for each chain, at most 100 000.
+    section_bins : sequence of B+1, optional
+        Edges of bins of v_N, rising, model velocity: all crossings are counted by bin.
     laminar_time : float, optional
         Shortest slip of the last block that counts as a laminar phase, model time; if not given 200
         times sqrt(mass / stiffness) of each chain's heaviest block and softest spring.
@@ -75,7 +79,8 @@ def scan(
 
         - disorder_parameter, r (Eq. 4); mean_length, minimum_length, maximum_length of x_N
         - section_position; section_count, all downward crossings of x_N; section_velocity (P,
-          section_values), v_N at the first of them, negative, NaN padded
+          section_values), v_N at the first of them, negative, NaN padded; with section_bins
+          section_histogram (P, B), how many of all of them lie in each bin
         - slip_count (P, N) of the blocks, N that of the longest chain or 10
         - laminar_fraction, laminar_count; laminar_mean (NaN of none), laminar_longest, times; the
           fraction and the longest are NaN where no laminar phase fits into the time
@@ -93,6 +98,8 @@ def scan(
     section_values = checks.key("section_values", section_values)
     checks.within("section_values", section_values, le=MOST_VALUES)
     settings: dict[str, Any] = {"transient": transient, "section_values": section_values}
+    if section_bins is not None:
+        settings["section_bins"] = _edges(section_bins)
     sections = section_positions(section_position, made.cases)
     loading = LoadingWatch(made.cases, duration, transient)
     measure = partial(_scanned, sections, loading, **settings, laminar_time=laminar_time)
@@ -112,6 +119,7 @@ def _scanned(
     *,
     transient: float,
     section_values: int,
+    section_bins: np.ndarray | None = None,
     laminar_time: float | None,
 ) -> dict[str, np.ndarray]:
     """What a scan measures of a group of W chains: arrays with first axis W."""
@@ -121,9 +129,12 @@ def _scanned(
     moments = LengthMoments(len(begin), start)
     belt_velocities = np.array([state.parameters.belt_velocity for state in begin])
     section = SectionValues(belt_velocities, section_values, start)
+    histograms = []
+    if section_bins is not None:
+        histograms = [SectionHistogram(belt_velocities, section_bins, start)]
     laminar_time = _laminar_time(laminar_time, group.cases)
     slips, forward = SlipActivity(begin, start, laminar_time), ForwardSlip(begin)
-    loading.observe(group, chains, moments, section, slips, forward)
+    loading.observe(group, chains, moments, section, slips, forward, *histograms)
     end, more = chains.state(), max(0, SLIP_COLUMNS - n_blocks)
     return {
         **moments_of(moments, chains),
@@ -133,10 +144,20 @@ def _scanned(
         "section_position": levels,
         "section_count": section.count,
         "section_velocity": section.values,
+        **{"section_histogram": one.count for one in histograms},
         "slip_count": np.pad(slips.slip_count, ((0, 0), (0, more))),
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
     }
+
+
+def _edges(section_bins: Sequence[float]) -> np.ndarray:
+    """The edges of bins: numbers that rise."""
+    edges = checks.series("section_bins", section_bins)
+    if edges.size < 2 or not (np.isfinite(edges).all() and (np.diff(edges) > 0).all()):
+        text = f"section_bins = {checks.shown(edges.tolist())}"
+        raise InputError(f"{text}: at least two rising numbers, the edges of bins, are needed")
+    return edges
 
 
 def _laminar_time(given: float | None, cases: Sequence[Case]) -> float:

@@ -139,6 +139,20 @@ def _crossings(values: npt.ArrayLike) -> np.ndarray:
     return values
 
 
+def velocity_density(
+    row: Mapping[str, np.ndarray], edges: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct u (U,) and the density (B, U) of v_N at the section, of all runs at each u.
+
+    row : belt_velocity (P,) and section_histogram (P, B), crossings between the edges (B+1,).
+    """
+    places, place = np.unique(row["belt_velocity"], return_inverse=True)
+    counts = np.zeros((places.size, edges.size - 1))
+    np.add.at(counts, place, row["section_histogram"])
+    with np.errstate(invalid="ignore"):  # of u at which no run crosses the section
+        return places, (counts / counts.sum(axis=1, keepdims=True) / np.diff(edges)).T
+
+
 # --- correlation dimension: a number for the "low-dimensional" of Fig. 10 ------------------------
 
 _LEAST_POINTS = 500

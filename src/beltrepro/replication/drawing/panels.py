@@ -11,6 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
+from beltrepro.simulation import artists
 from beltrepro.stats import sections, spectra, states
 
 # What the axes of the paper show, in its symbols (model units).
@@ -266,24 +267,35 @@ def finish_curves(axes, *, xlabel, ncols=4):
     legend_above(axes, ncols=ncols)
 
 
-def band_diagram(axes, row, *, colour=style.BLUE, size, label="", aside=0.0):
-    """v_N at the section against u, which is moved `aside`: a dot for each crossing."""
-    velocities = np.asarray(row["section_velocity"], dtype=float)
-    crossed = np.isfinite(velocities)
-    if not crossed.any():
+DENSITY = "density of $v_N$ at given $u$"
+
+
+def diagrams(figure, scan, places, *, bar=True):
+    """Bifurcation diagrams: the density of v_N at the section at each u, in one scale of colours.
+
+    places : dict, axes by what is cut out of the scan.  bar : whether the scale is shown beside it.
+    """
+    edges, maps = scan.arrays["section_bins"], []
+    for axes, where in places:
+        velocities, density = sections.velocity_density(sections.cut(scan, **where), edges)
+        if np.nansum(density):
+            maps.append((axes, velocities, density))
+        else:
+            note(axes, "no crossing of the section in this scan")
+    if not maps:
         return
-    abscissa = np.broadcast_to(row["belt_velocity"][:, np.newaxis], velocities.shape)[crossed]
-    # Few dots can afford to be large, many must let through what lies below.
-    crowd = (abscissa.size / 10000) ** 0.3
-    look = {"markersize": size * np.clip(1 / crowd, 0.5, 2.0), "markeredgewidth": 0}
-    look |= {"alpha": np.clip(0.7 / crowd, 0.4, 0.9), "rasterized": abscissa.size > _RASTER_FROM}
-    axes.plot(abscissa + aside, velocities[crossed], ".", color=colour, label=label, **look)
-
-
-def finish_diagram(axes):
-    """Says so when a band diagram has no dots."""
-    if not axes.lines:
-        note(axes, "no crossing of the section in this scan")
+    most = max(np.nanmax(density) for *_, density in maps)
+    filled = np.any([np.nansum(density, axis=1) > 0 for *_, density in maps], axis=0)
+    lowest = edges[np.argmax(filled)]
+    scale = {"vmin": most / 10**artists.DECADES, "vmax": most}
+    for axes, velocities, density in maps:
+        mesh = artists.density(axes, artists.edges(velocities), edges, density, **scale)
+        axes.set_ylim(lowest, 0)
+    if bar:
+        look = {"pad": 0.02, "aspect": 40, "location": "bottom", "format": "%g", "extend": "min"}
+        bar = figure.colorbar(mesh, ax=[axes for axes, _ in places], **look)
+        bar.minorticks_off()
+        bar.set_label(DENSITY)
 
 
 def section_name(row):

@@ -24,6 +24,7 @@ MARKERS = "osD^vXP"
 DASHES = ("-", "--", "-.", ":")
 
 WIDTH = 8.6 / 2.54  # inches: a column of the paper, in which letters of 6 points are legible
+WIDE = 17.8 / 2.54  # both columns
 _CANVASES = {"png": FigureCanvasAgg, "pdf": FigureCanvasPdf, "svg": FigureCanvasSVG}
 _SHEET = ["default", str(Path(__file__).with_name("beltrepro.mplstyle"))]
 
@@ -40,10 +41,10 @@ def styled(draw):
 
 
 @styled
-def page(height) -> Figure:
-    """Empty figure of one column and the given height in inches."""
+def page(height, *, wide=False) -> Figure:
+    """Empty figure of one column, or of both, and the given height in inches."""
     dpi = matplotlib.rcParams["savefig.dpi"]
-    figure = Figure(figsize=(WIDTH, height), dpi=dpi, layout="constrained")
+    figure = Figure(figsize=(WIDE if wide else WIDTH, height), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
     return figure
 

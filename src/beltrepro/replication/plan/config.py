@@ -232,6 +232,8 @@ class Settings(Keys):
     transient: Annotated[Number, Field(ge=0, le=LONGEST)] = UNSET
     section_position: Positive | None = None
     section_values: Annotated[Whole, Field(ge=1, le=100_000)] = 500
+    section_from: Annotated[Number, Field(lt=0)] = -120.0
+    section_bins: Annotated[Whole, Field(ge=1, le=100_000)] = 600
     laminar_time: Duration = 200.0
     sample_interval: Duration = 0.1
     samples: Several[Sampled] = ["positions", "velocities", "friction"]

@@ -154,11 +154,21 @@ def series(setup, *, samples, transient, **settings):
     return of_runs | {"time": runs[0].time} | sampled | {"events": events}
 
 
+def density(setup, *, section_from, section_bins, **settings):
+    """A scan that counts all crossings by v_N, in bins of one width up to 0."""
+    from beltrepro.simulation.scans import scan
+
+    edges = np.linspace(section_from, 0.0, section_bins + 1)
+    return scan(setup, section_bins=edges, **settings) | {"section_bins": edges}
+
+
 # --- kinds ----------------------------------------------------------------------------------------
 
 _RECORDED = (
     ("scan", "simulation.scans:scan",
      "duration transient section_position section_values laminar_time"),
+    ("density", "replication.plan.kinds:density",
+     "duration transient section_position section_from section_bins laminar_time"),
     ("series", "replication.plan.kinds:series",
      "duration transient sample_interval samples"),
     ("catalogue", "simulation.catalogues:catalogue",

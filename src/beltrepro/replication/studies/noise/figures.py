@@ -2,58 +2,48 @@
 
 import numpy as np
 import pandas as pd
-from matplotlib.colors import BoundaryNorm, LogNorm
+from matplotlib.colors import BoundaryNorm
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.replication.verdicts.motions import N_BLOCKS
+from beltrepro.simulation import artists
 from beltrepro.stats import sections, states
 
 FIGURES = {
-    "fig13": Figure(
-        uses=("n5_replicates", "n5_replicates_check", "n5_rows", "n5_rows_check"), number="13"
-    ),
-    "fig14": Figure(uses=("n5_rows", "n5_u7"), number="14", shows={"sigma-c-u7": ("sigma_c",)}),
+    "fig13": Figure(uses=("n5_density",), number="13"),
+    "fig14": Figure(uses=("n5_density", "n5_u7"), number="14", shows={"sigma-c-u7": ("sigma_c",)}),
     "fig15": Figure(uses=("n5_columns",), number="15"),
     "fig16": Figure(uses=("u17", "u19", "n5_replicates"), number="16"),
-    "fig17": Figure(uses=("n5_rows",), number="17"),
+    "fig17": Figure(uses=("n5_density",), number="17"),
     "fig18": Figure(uses=("n5_map", "n5_replicates"), number="18"),
 }
 
 
 # --- Fig. 13: the fall of r at several noise levels -----------------------------------------------
 
-LEFT_OUT = (0.25, 0.5)  # levels at which nothing differs from those beside them
+WIDTH = 0.5  # of u, over which runs are taken together, at least
+TOGETHER = 4  # velocities, at least
 
 
 @panels.draws(FIGURES)
 def fig13(data):
-    """a: r(u) of single runs of five blocks, for each noise; b: r of independent runs."""
-    names = ("n5_rows", "n5_replicates")
-    figure, grid = panels.page(4.2, "a;b", sharey=True)
-    noises = sorted({noise for name in names for noise in _levels(data[name])})
-    for axes, name in zip(grid, names, strict=True):
-        for scan, _ in panels.layers(data, name):
-            for noise in _levels(scan):
-                row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
-                scheme = panels.METHODS["verlet"]
-                overlay = scheme if (row["method"].astype(str) == "verlet").all() else ""
-                points = row["belt_velocity"], row["disorder_parameter"]
-                index, label = noises.index(noise), rf"$\sigma = {noise:g}$"
-                if name == "n5_rows":
-                    panels.single_runs(axes, *points, index, label=label, overlay=overlay)
-                elif overlay:
-                    colour = style.line_style(index)["color"]
-                    panels.crosses(axes, *points, colour, overlay)
-                else:
-                    # Without noise several branches coexist at most u.
-                    alone = {} if noise else {"linestyle": "none", "apart": 0.0}
-                    panels.draw_runs(axes, *points, index, label=label, **alone)
-        panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY)
-    _printed(grid[0])
-    grid[0].set_xlim(left=0)
+    """r(u) of five blocks for each noise: the mean of runs, over a band of 10 to 90 % of them."""
+    scan = data["n5_density"]
+    figure, (axes,) = panels.page(2.9, "a")
+    axes.set_title("")
+    velocities, noises = (panels.levels(scan, name) for name in ("belt_velocity", "noise"))
+    width = max(WIDTH, TOGETHER * min(np.diff(velocities), default=0.0))
+    for noise, colour in zip(noises, style.shades(noises.size), strict=True):
+        row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
+        middle = width * (np.ceil(row["belt_velocity"] / width - 1e-9) - 0.5)
+        label = rf"$\sigma = {noise:g}$"
+        artists.band(axes, middle, row["disorder_parameter"], color=colour, label=label)
+    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=5)
+    _printed(axes)
+    axes.set_xlim(0, None)
     return figure
 
 
@@ -70,10 +60,6 @@ def _printed(axes):
         axes.annotate(words, (velocity, 0.94), xytext=shift, ha=side, **place)
 
 
-def _levels(scan):
-    return [noise for noise in panels.levels(scan, "noise") if noise not in LEFT_OUT]
-
-
 # --- Fig. 14: periodic windows and noise ----------------------------------------------------------
 
 BELT_VELOCITY = 7.0
@@ -82,22 +68,24 @@ BELT_VELOCITY = 7.0
 @panels.draws(FIGURES)
 def fig14(data):
     """a: v_N at the section against u, a strip for each noise; b: r(sigma) at u = 7."""
-    figure = style.page(6.4)
-    upper, lower = figure.add_gridspec(2, 1, height_ratios=(2.2, 1))
-    levels = panels.levels(data["n5_rows"], "noise")
-    rows = upper.subgridspec(max(levels.size, 1), 1)
-    strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
+    scan, figure = data["n5_density"], style.page(4.8)
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=(3, 1))
+    levels = panels.levels(scan, "noise")
+    strips = upper.subgridspec(max(levels.size, 1), 1).subplots(sharex=True, squeeze=False)[:, 0]
+    places = [(axes, _row(noise)) for axes, noise in zip(strips, levels, strict=False)]
+    panels.diagrams(figure, scan, places, bar=False)
     for axes, noise in zip(strips, levels, strict=False):
-        row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
-        panels.band_diagram(axes, row, size=1.3)
-        panels.finish_diagram(axes)
-        panels.remark(axes, rf"$\sigma = {noise:g}$")
+        axes.text(0.99, 0.08, rf"$\sigma = {noise:g}$", ha="right", transform=axes.transAxes)
         axes.set_ylabel(panels.VELOCITY)
     strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
     below = figure.add_subplot(lower)
     panels.letters(strips[0], below)
     _column(below, data["n5_u7"])
     return figure
+
+
+def _row(noise):
+    return {"n_blocks": N_BLOCKS, "noise": noise}
 
 
 def _column(axes, scan):
@@ -173,71 +161,34 @@ def fig16(data):
 # --- Fig. 17: natural distribution over belt velocity ---------------------------------------------
 
 NOISES = (0.0, 1.0, 5.0, 10.0)
-BINS = 120
 FOOT = 0.04  # height of the marks, as a share of the panel
-DECADES = 3  # range of the colours below the largest density, at most
 
 
 @panels.draws(FIGURES)
 def fig17(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
-    rows = {s: sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=s) for s in NOISES}
-    span = _span(rows.values())
+    scan = data["n5_density"]
     figure, grid = panels.page(4.0, "ab;cd", sharex=True, sharey=True)
-    maps = {
-        noise: measure.velocity_density(row, bins=BINS, range=span)
-        for noise, row in rows.items()
-        if np.isfinite(row["section_velocity"]).any()
-    }
-    norm, extend = _colours([density for _, _, density in maps.values()])
-    image = None
+    panels.diagrams(figure, scan, [(axes, _row(s)) for axes, s in zip(grid, NOISES, strict=True)])
     for axes, noise in zip(grid, NOISES, strict=True):
         axes.set_title(rf"$\sigma = {noise:g}$")
-        if noise not in maps:
-            panels.note(axes, "no crossing of the section at this noise in this scan")
-            continue
-        *places, share = maps[noise]
-        axes.set_facecolor("0.93")
-        share = np.where(share > 0, share, np.nan)
-        image = axes.pcolormesh(*places, share, norm=norm, rasterized=True)
-        _marks(axes, rows[noise], span)
-    for axes in grid:
+        _marks(axes, sections.cut(scan, **_row(noise)))
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
         axes.label_outer()
-    if image is not None:
-        look = {"pad": 0.02, "aspect": 40, "location": "bottom", "format": "%g"}
-        bar = figure.colorbar(image, ax=grid, extend=extend, **look)
-        bar.minorticks_off()
-        bar.set_label("density of $v_N$ at given $u$")
     return figure
 
 
-def _marks(axes, row, span):
-    """At the foot of each u: whether the last block slips on, or both motions take turns."""
+def _marks(axes, row):
+    """At the head of each u: whether the last block slips on, or both motions take turns."""
     low, high = states.LAMINAR_SHARE
     share = sections.spread(row["belt_velocity"], row["laminar_fraction"])
-    foot = span[0] - FOOT / 2 * (span[1] - span[0])
     for chosen, colour in (
         (share.mean > high, style.BLUE),
         ((share.mean >= low) & (share.mean <= high), style.ORANGE),
     ):
-        if chosen.any():
-            places = share.place[chosen]
-            axes.plot(places, np.full(places.size, foot), "|", color=colour, markersize=5)
-    axes.set_ylim(span[0] - FOOT * (span[1] - span[0]), span[1])
-
-
-def _span(rows):
-    """Range of v_N that holds all section velocities of these rows."""
-    values = np.concatenate([row["section_velocity"].ravel() for row in rows])
-    return float(np.floor(min(values[np.isfinite(values)], default=-1.0))), 0.0
-
-
-def _colours(densities):
-    """(norm, extend): logarithmic colours for all panels, and whether some densities lie below."""
-    positive = np.concatenate([density[density > 0] for density in densities] or [np.ones(1)])
-    lowest = max(positive.min(), positive.max() / 10**DECADES)
-    return LogNorm(lowest, positive.max()), "min" if positive.min() < lowest else "neither"
+        places = share.place[chosen]
+        look = {"color": colour, "markersize": 3, "transform": axes.get_xaxis_transform()}
+        axes.plot(places, np.full(places.size, FOOT), "|", **look)
 
 
 # --- Fig. 18: map of the disorder parameter -------------------------------------------------------

@@ -22,21 +22,6 @@ def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
     return transition.rise(noise[noisy], disorder[noisy])
 
 
-def velocity_density(
-    row: Mapping[str, np.ndarray], *, bins: int, range: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """u, the middles of bins of v_N, and the density of v_N at the section in these at each u."""
-    places, place = np.unique(row["belt_velocity"], return_inverse=True)
-    edges = np.linspace(*range, bins + 1)
-    density = np.full((bins, places.size), np.nan)
-    for column in np.arange(places.size):
-        values = row["section_velocity"][place == column]
-        values = values[np.isfinite(values)]
-        if values.size:
-            density[:, column], _ = np.histogram(values, edges, density=True)
-    return places, (edges[1:] + edges[:-1]) / 2, density
-
-
 # --- how r and the section velocities scatter -----------------------------------------------------
 
 RANGE = (3.0, 15.0)

@@ -24,7 +24,7 @@ FIGURES = {
         uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"), number="20"
     ),
     "fig21": Figure(uses=("size_columns",), number="21"),
-    "fig22": Figure(uses=("size_rows",), number="22"),
+    "fig22": Figure(uses=("size_density",), number="22"),
 }
 
 
@@ -149,29 +149,26 @@ def fig21(data):
 
 SIZES = (2, 3, 4, 6, 7, 10)
 MOST_NOISES = 3
-_ASIDE = 0.32  # of u, by which the columns of the noises lie beside each other
 
 
 @panels.draws(FIGURES)
 def fig22(data):
-    """v_N at the section against u, a panel for each N, a colour for each noise."""
-    scan = data["size_rows"]
+    """v_N at the section against u, a row for each N, a column for each noise."""
+    scan = data["size_density"]
     noises = panels.levels(scan, "noise")[:MOST_NOISES]
-    figure, grid = panels.page(5.2, "ab;cd;ef", sharex=True, sharey=True)
-    for axes, n_blocks in zip(grid, SIZES, strict=True):
-        place = ""
-        for number, noise in enumerate(noises):
-            row = sections.cut(scan, n_blocks=n_blocks, noise=noise)
-            look = {"colour": style.shades(noises.size)[number], "size": 1.6}
-            look["aside"] = _ASIDE * (number - (noises.size - 1) / 2)
-            panels.band_diagram(axes, row, label=rf"$\sigma = {noise:g}$", **look)
-            place = panels.section_name(row).removeprefix("section ")
-        panels.finish_diagram(axes)
-        axes.set_title(f"$N = {n_blocks}$, {place}", loc="right")
+    figure = style.page(7.0, wide=True)
+    grid = figure.subplots(len(SIZES), max(noises.size, 1), sharex=True, sharey=True, squeeze=False)
+    cells = [
+        (axes, {"n_blocks": n_blocks, "noise": noise})
+        for n_blocks, row in zip(SIZES, grid, strict=True)
+        for noise, axes in zip(noises, row, strict=True)
+    ]
+    panels.diagrams(figure, scan, cells)
+    for axes, where in cells:
+        axes.text(0.99, 0.08, f"$N = {where['n_blocks']}$", ha="right", transform=axes.transAxes)
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
         axes.label_outer()
-    grid[0].set_xlim(left=0)
-    handles, labels = grid[0].get_legend_handles_labels()
-    if labels:
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), markerscale=4)
+    for axes, noise in zip(grid[0], noises, strict=True):
+        axes.set_title(rf"$\sigma = {noise:g}$")
+    grid[0, 0].set_xlim(left=0)
     return figure

@@ -16,7 +16,7 @@ FIGURES = {
     "fig11": Figure(uses=("u20",), number="11"),
     "fig12": Figure(
         uses=(
-            "n5_rows",
+            "n5_density",
             "n5_rows_check",
             "n5_replicates_check",
             "lifetimes_wide",
@@ -100,11 +100,10 @@ def fig12(data):
     figure, (top, disorder, lifetimes) = panels.page(
         4.6, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
     )
-    row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=0.0)
-    panels.band_diagram(top, row, size=2.0)
-    panels.finish_diagram(top)
+    scan, row = data["n5_density"], {"n_blocks": N_BLOCKS, "noise": 0.0}
+    panels.diagrams(figure, scan, [(top, row)], bar=False)
     top.set_ylabel(panels.VELOCITY)
-    panels.remark(top, panels.section_name(row))
+    panels.remark(top, panels.section_name(sections.cut(scan, **row)))
     _disorder(disorder, data)
     _lifetimes(lifetimes, data)
     lifetimes.set(xlabel=panels.BELT_VELOCITY, ylabel=r"$\tau$", xlim=(0, None))
@@ -119,12 +118,14 @@ def _disorder(axes, data):
         look = {"color": style.GREY, "markersize": 2.2, "markeredgewidth": 0}
         points = (starts.arrays[name] for name in ("belt_velocity", "disorder_parameter"))
         axes.plot(*points, ".", label="other starts", **look)
-    for scan, overlay in panels.layers(data, "n5_rows"):
-        row = sections.cut(scan, n_blocks=N_BLOCKS, noise=0.0)
-        points = row["belt_velocity"], row["disorder_parameter"]
-        colour = style.ORANGE if overlay else style.BLUE
-        label = "" if overlay else "as in the paper"
-        panels.single_runs(axes, *points, 0, label=label, overlay=overlay, color=colour)
+    for name, label, look in (
+        ("n5_density", "as in the paper", {"color": style.BLUE, "markersize": 1.2}),
+        ("n5_rows_check", "exact motion", {"color": style.ORANGE, "marker": "x", "markersize": 3}),
+    ):
+        if name in data:
+            row = sections.cut(data[name], n_blocks=N_BLOCKS, noise=0.0)
+            points = row["belt_velocity"], row["disorder_parameter"]
+            axes.plot(*points, **{"marker": ".", "linestyle": "none", "label": label} | look)
     panels.finish_curves(axes, xlabel="")
     panels.make_room(axes, above=0.22)
     if starts is not None:
