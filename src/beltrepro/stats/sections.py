@@ -29,7 +29,9 @@ def cut(scan: Any, **where: float) -> dict[str, np.ndarray]:
     """
     arrays = getattr(scan, "arrays", scan)
     same = [np.isclose(arrays[name], value, rtol=1e-9, atol=1e-9) for name, value in where.items()]
-    chosen = select(arrays, np.all(same, axis=0))
+    there = np.all(same, axis=0)
+    of_points = {name: array for name, array in arrays.items() if len(array) == there.size}
+    chosen = select(of_points, there)
     order = "noise" if "belt_velocity" in where else "belt_velocity"
     keys = [chosen[name] for name in ("replicate", order) if name in chosen]
     return select(chosen, np.lexsort(keys))
@@ -48,6 +50,8 @@ class Spread(NamedTuple):
     median: np.ndarray
     high: np.ndarray  # the greatest
     mean: np.ndarray
+    tenth: np.ndarray  # below it lie 10 % of the values
+    ninetieth: np.ndarray
 
 
 def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
@@ -56,8 +60,11 @@ def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
     is_number = np.isfinite(values)
     places = np.unique(abscissa[is_number])
     runs_at = [values[is_number & (abscissa == place)] for place in places]
-    numbers = [[of(runs) for of in (np.min, np.median, np.max, np.mean)] for runs in runs_at]
-    return Spread(places, *np.reshape(numbers, (-1, 4)).T)
+    numbers = [
+        (np.min(runs), np.median(runs), np.max(runs), np.mean(runs), *np.quantile(runs, (0.1, 0.9)))
+        for runs in runs_at
+    ]
+    return Spread(places, *np.reshape(numbers, (-1, 6)).T)
 
 
 # --- velocities at the section -----------------------------------------------------------------

@@ -267,6 +267,23 @@ def finish_curves(axes, *, xlabel, ncols=4):
     legend_above(axes, ncols=ncols)
 
 
+WIDTH = 0.5  # of u, over which runs are taken together, at least
+TOGETHER = 8  # velocities, at least
+
+
+def together(velocities):
+    """Middles of the ranges of u over which single runs are taken together as replicates."""
+    width = max(WIDTH, TOGETHER * min(np.diff(np.unique(velocities)), default=0.0))
+    return width * (np.ceil(velocities / width - 1e-9) - 0.5)
+
+
+def band(axes, place, values, **look):
+    """The mean of the values at each place, over a band of 10 to 90 % of them; none of no values."""
+    measured = np.isfinite(values)
+    if measured.any():
+        artists.band(axes, place[measured], values[measured], **look)
+
+
 DENSITY = "density of $v_N$ at given $u$"
 
 
@@ -339,38 +356,16 @@ def crosses(axes, abscissa, values, colour, overlay):
     axes.plot(abscissa, values, "x", color=colour, **look)
 
 
-def against_noise(figure, data, name, places, *, across):
-    """r against noise from columns of the scan `name`: above as in the paper, below all runs.
+def against_noise(axes, scan, places):
+    """r against noise from columns of a scan: the mean of all runs over a band of 10 to 90 %.
 
-    Above there is one run at each point, all columns in one panel; below a panel for each column,
-    with points of the other integrator, if given, as crosses over it.
-    places : dict, words by (n_blocks, belt_velocity).  across : panels in a row.
+    places : dict, colour and words by (n_blocks, belt_velocity).
     """
-    down = -(-len(places) // across)
-    grid = figure.add_gridspec(down + 1, across, height_ratios=[1.7] + [1] * down)
-    above, below = figure.add_subplot(grid[0, :]), []
-    for number, ((n_blocks, velocity), words) in enumerate(places.items()):
-        shared = dict.fromkeys(("sharex", "sharey"), below[0] if below else None)
-        axes = figure.add_subplot(grid[1 + number // across, number % across], **shared)
-        below.append(axes)
-        axes.set_title(words)
-        for scan, overlay in layers(data, name):
-            column = sections.cut(scan, n_blocks=n_blocks, belt_velocity=velocity)
-            noise, disorder = column["noise"], column["disorder_parameter"]
-            if not overlay:
-                first = column["replicate"] == column["replicate"].min(initial=0)
-                single_runs(above, noise[first], disorder[first], number, label=words)
-                draw_runs(axes, noise, disorder, number)
-            elif noise.size:
-                crosses(axes, noise, disorder, style.VERMILION, overlay)
-        if not axes.lines:
-            note(axes, "no r in this column", width=12)
-        axes.set(xlabel=NOISE, ylabel=DISORDER)
-        axes.label_outer()
-    letters(above, *below)
-    finish_curves(above, xlabel=NOISE, ncols=across)
-    below[0].set_ylim(bottom=0)
-    return [above, *below]
+    for (n_blocks, velocity), (colour, words) in places.items():
+        column = sections.cut(scan, n_blocks=n_blocks, belt_velocity=velocity)
+        band(axes, column["noise"], column["disorder_parameter"], color=colour, label=words)
+    finish_curves(axes, xlabel=NOISE, ncols=3)
+    axes.set_xlim(left=0)
 
 
 # --- traces with their laminar phases -------------------------------------------------------------

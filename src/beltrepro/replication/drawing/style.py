@@ -54,6 +54,16 @@ def shades(count) -> list[str]:
     return [to_hex(matplotlib.colormaps["viridis"](place)) for place in np.linspace(0, 0.9, count)]
 
 
+def colour_of_size(n_blocks) -> str:
+    """Colour of a number of blocks, in all figures."""
+    return to_hex(matplotlib.colormaps["plasma"](np.clip((n_blocks - 2) / 9, 0, 1)))
+
+
+def colour_of_noise(noise) -> str:
+    """Colour of a noise, in all figures: dark without noise, light at 10."""
+    return to_hex(matplotlib.colormaps["viridis"](0.9 * min(np.log1p(noise) / np.log(11), 1)))
+
+
 def line_style(index) -> dict:
     """Colour, marker and dashes of the curve of this number."""
     return {

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from matplotlib.colors import BoundaryNorm
+import scipy
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
@@ -24,23 +24,18 @@ FIGURES = {
 
 # --- Fig. 13: the fall of r at several noise levels -----------------------------------------------
 
-WIDTH = 0.5  # of u, over which runs are taken together, at least
-TOGETHER = 4  # velocities, at least
-
 
 @panels.draws(FIGURES)
 def fig13(data):
     """r(u) of five blocks for each noise: the mean of runs, over a band of 10 to 90 % of them."""
     scan = data["n5_density"]
-    figure, (axes,) = panels.page(2.9, "a")
-    axes.set_title("")
-    velocities, noises = (panels.levels(scan, name) for name in ("belt_velocity", "noise"))
-    width = max(WIDTH, TOGETHER * min(np.diff(velocities), default=0.0))
-    for noise, colour in zip(noises, style.shades(noises.size), strict=True):
+    figure = style.page(2.9)
+    axes = figure.subplots()
+    for noise in panels.levels(scan, "noise"):
         row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
-        middle = width * (np.ceil(row["belt_velocity"] / width - 1e-9) - 0.5)
-        label = rf"$\sigma = {noise:g}$"
-        artists.band(axes, middle, row["disorder_parameter"], color=colour, label=label)
+        place = panels.together(row["belt_velocity"])
+        look = {"color": style.colour_of_noise(noise), "label": rf"$\sigma = {noise:g}$"}
+        panels.band(axes, place, row["disorder_parameter"], **look)
     panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=5)
     _printed(axes)
     axes.set_xlim(0, None)
@@ -68,7 +63,7 @@ BELT_VELOCITY = 7.0
 @panels.draws(FIGURES)
 def fig14(data):
     """a: v_N at the section against u, a strip for each noise; b: r(sigma) at u = 7."""
-    scan, figure = data["n5_density"], style.page(4.8)
+    scan, figure = data["n5_density"], style.page(4.05)
     upper, lower = figure.add_gridspec(2, 1, height_ratios=(3, 1))
     levels = panels.levels(scan, "noise")
     strips = upper.subgridspec(max(levels.size, 1), 1).subplots(sharex=True, squeeze=False)[:, 0]
@@ -115,12 +110,14 @@ GUIDE = 5.0  # a line at this sigma, only to guide the eye
 
 @panels.draws(FIGURES)
 def fig15(data):
-    """r(sigma) of five blocks: a run at each point, and all runs, a panel for each u."""
+    """r(sigma) of five blocks at several u: means of runs over a band of 10 to 90 % of them."""
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
-    figure = style.page(4.6)
-    places = {(N_BLOCKS, u): f"$u = {u:g}$" for u in velocities}
-    for axes in panels.against_noise(figure, data, "n5_columns", places, across=3):
-        axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
+    figure = style.page(2.9)
+    axes = figure.subplots()
+    colours = zip(velocities, style.shades(velocities.size), strict=True)
+    places = {(N_BLOCKS, u): (colour, f"$u = {u:g}$") for u, colour in colours}
+    panels.against_noise(axes, data["n5_columns"], places)
+    axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
     return figure
 
 
@@ -193,42 +190,37 @@ def _marks(axes, row):
 
 # --- Fig. 18: map of the disorder parameter -------------------------------------------------------
 
-STEP = 0.02  # of r, from one colour to the next
 _ONE_MOTION = 0.5  # largest range of the laminar shares at one u, for a line to join their means
 UNSHOWN = (0.5,)  # noise at which b shows what it shows at 0 and 1
+_BLUR = (0, 3)  # points of sigma and u over which the laminar share is averaged for its contours
 
 
 @panels.draws(FIGURES)
 def fig18(data):
-    """a: r over the plane (u, sigma), dots where `intermittent_mask` holds; b: laminar shares."""
+    """a: r over the plane (u, sigma), with contours of the laminar share; b: laminar shares."""
     points = data["n5_map"].arrays
     measured = (points["n_blocks"] == N_BLOCKS) & np.isfinite(points["disorder_parameter"])
     points = sections.select(points, measured)
-    figure, (above, below) = panels.page(4.6, "a;b", height_ratios=(1.7, 1))
+    figure, (above, below) = panels.page(4.05, "a;b", height_ratios=(1.7, 1))
     above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
     if points["noise"].size:
-        columns = {name: points[name] for name in ("noise", "belt_velocity", "disorder_parameter")}
-        table = pd.DataFrame(columns).pivot_table(
-            "disorder_parameter", "noise", "belt_velocity", aggfunc="median"
+        names = ("noise", "belt_velocity", "disorder_parameter", "laminar_fraction")
+        table = pd.DataFrame({name: points[name] for name in names})
+        disorder, share = (
+            table.pivot_table(name, "noise", "belt_velocity", aggfunc="mean") for name in names[2:]
         )
-        levels = STEP * np.arange(np.ceil(table.max().max() / STEP - 1e-9) + 1)
-        look = {"cmap": "viridis", "norm": BoundaryNorm(levels, 256), "rasterized": True}
-        image = above.pcolormesh(table.columns, table.index, table, **look)
+        place = artists.edges(disorder.columns.to_numpy()), artists.edges(disorder.index.to_numpy())
+        image = above.pcolormesh(*place, disorder, cmap="viridis", vmin=0, rasterized=True)
         figure.colorbar(image, ax=above, pad=0.01, label=panels.DISORDER)
-        _dots(above, points)
+        if min(share.shape) > 1:
+            blurred = scipy.ndimage.uniform_filter(share.to_numpy(), _BLUR, mode="nearest")
+            look = {"colors": "white", "linewidths": 1.2, "linestyles": ("--", "-")}
+            above.contour(share.columns, share.index, blurred, levels=states.LAMINAR_SHARE, **look)
+            panels.remark(above, "laminar share: 0.05 dashed, 0.95 full")
     else:
         panels.note(above, "no points in this scan")
     _shares(below, data["n5_replicates"])
     return figure
-
-
-def _dots(axes, points):
-    """A white dot at each intermittent point."""
-    mask = states.intermittent_mask(points)
-    panels.remark(axes, "white: motion alternates" if mask.any() else "no point is intermittent")
-    look = {"color": "white", "markeredgecolor": "black", "markersize": 2.4}
-    place = points["belt_velocity"][mask], points["noise"][mask]
-    axes.plot(*place, "o", markeredgewidth=0.4, clip_on=False, **look)
 
 
 def _shares(axes, scan):

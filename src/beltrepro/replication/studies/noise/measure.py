@@ -1,7 +1,7 @@
 """Rises of r with noise, its scatter, section velocities and their windows; laminar phases."""
 
 import contextlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import scipy

@@ -8,18 +8,7 @@ from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import sections
 
 FIGURES = {
-    "fig19": Figure(
-        uses=(
-            "critical_velocities",
-            "n5_replicates",
-            "size_replicates",
-            "n5_rows",
-            "n5_rows_check",
-            "size_rows",
-            "size_rows_check",
-        ),
-        number="19",
-    ),
+    "fig19": Figure(uses=("critical_velocities", "n5_replicates", "size_replicates"), number="19"),
     "fig20": Figure(
         uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"), number="20"
     ),
@@ -31,60 +20,45 @@ FIGURES = {
 # --- Fig. 19: the fall of r for several system sizes ----------------------------------------------
 
 NOISE = 1.0
-SHOWN = (5, 7, 10)
-ORDER = (5, 7, 10, 2, 3, 4, 6)  # numbers of blocks in the order of the styles
+SIZES = (2, 3, 4, 6, 7, 10)
+REGIONS = (5, 7, 10)  # numbers of blocks whose regions the paper prints
 
 
 @panels.draws(FIGURES)
 def fig19(data):
-    """a: r(u) at sigma = 1 over replicates for N = 5, 7, 10; b: single runs for every N."""
-    figure, (above, below) = panels.page(4.4, "a;b", sharex=True)
-    for n_blocks in SHOWN:
-        for name in ("n5_replicates", "size_replicates"):
-            points = _row(data[name], n_blocks)
-            panels.draw_runs(above, *points, label=f"$N = {n_blocks}$")
-    for name in ("n5_rows", "size_rows"):
-        for scan, overlay in panels.layers(data, name):
-            for n_blocks in panels.levels(scan, "n_blocks"):
-                *points, index = _row(scan, n_blocks)
-                look = {"label": f"$N = {n_blocks}$"}
-                if overlay:
-                    look = {"overlay": f"$N = {n_blocks}$, {overlay}"}
-                    look["color"] = style.line_style(index)["color"]
-                panels.single_runs(below, *points, index, **look)
-    for axes in (above, below):
-        panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY)
-        axes.label_outer()
-    _strips(above, data["critical_velocities"])
-    above.set_xlim(left=0)
+    """r(u) at sigma = 1 for each N: means of runs over a band of 10 to 90 % of them."""
+    figure = style.page(3.4)
+    axes = figure.subplots()
+    for name in ("n5_replicates", "size_replicates"):
+        for n_blocks in panels.levels(data[name], "n_blocks"):
+            row = sections.cut(data[name], n_blocks=n_blocks, noise=NOISE)
+            look = {"color": style.colour_of_size(n_blocks), "label": f"$N = {n_blocks}$"}
+            panels.band(axes, row["belt_velocity"], row["disorder_parameter"], **look)
+    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=6)
+    _regions(axes, data["critical_velocities"])
+    axes.set_xlim(left=0)
     return figure
 
 
-def _row(scan, n_blocks):
-    """u and r of the runs of a number of blocks, and the number of its style."""
-    row = sections.cut(scan, n_blocks=n_blocks, noise=NOISE)
-    return row["belt_velocity"], row["disorder_parameter"], _index(n_blocks)
-
-
-def _index(n_blocks):
-    return ORDER.index(n_blocks) if n_blocks in ORDER else int(n_blocks)
-
-
-def _strips(axes, table):
-    """The printed regions as strips at the top; below each the middle of the fall that we find."""
-    axes.set_ylim(top=axes.get_ylim()[1] * 1.5)
+def _regions(axes, table):
+    """Below r = 0 the printed regions, and on each the middle of the fall that we find."""
     in_scans = table["dataset"].isin(["n5_replicates", "size_replicates"])
     table = table[in_scans & (table["noise"] == NOISE) & table["critical"].notna()]
-    for place, n_blocks in enumerate(SHOWN):
+    step = 0.05 * axes.get_ylim()[1]
+    for place, n_blocks in enumerate(REGIONS, start=1):
         low, high = printed("transition-width")[str(n_blocks)]
-        words = f"{'' if place else 'paper: '}$N = {n_blocks}$"
-        top = 0.98 - 0.11 * place
-        panels.printed_range(axes, low, high, words, top=top)
+        colour = style.colour_of_size(n_blocks)
+        axes.plot((low, high), [-place * step] * 2, color=colour, linewidth=4, alpha=0.4)
         for row in table[table["n_blocks"] == n_blocks].itertuples():
             reach = [[row.critical - row.low], [row.high - row.critical]]
-            look = style.line_style(_index(n_blocks)) | {"markersize": 3, "linestyle": "none"}
-            look |= {"capsize": 1.5, "elinewidth": 0.8, "transform": axes.get_xaxis_transform()}
-            axes.errorbar([row.critical], [top - 0.06], xerr=np.nan_to_num(reach), **look)
+            look = {"color": colour, "marker": "|", "markersize": 6, "capsize": 1.5}
+            axes.errorbar([row.critical], [-place * step], xerr=np.nan_to_num(reach), **look)
+    end = printed("transition-width")[str(REGIONS[0])][1]
+    axes.text(end + 2, -step, "bars: paper; strokes: $u_c$ here", va="center")
+    axes.axhline(0, color=style.BLACK, linewidth=0.6)
+    ticks = [tick for tick in axes.get_yticks() if tick >= 0]
+    axes.set_ylim(bottom=-4 * step)
+    axes.set_yticks(ticks[:-1])
 
 
 # --- Fig. 20: ten blocks in their transition region -----------------------------------------------
@@ -136,18 +110,16 @@ def _last_sticks(axes, scan, laminar_time):
 
 @panels.draws(FIGURES)
 def fig21(data):
-    """r(sigma): a run at each point, and all runs, a panel for each number of blocks and u."""
-    arrays = data["size_columns"].arrays
+    """r(sigma) of several N, each at its u: means of runs over a band of 10 to 90 % of them."""
+    arrays, figure = data["size_columns"].arrays, style.page(2.9)
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
-    figure = style.page(4.6)
-    places = {(n, u): f"$N = {n}$, $u = {u:g}$" for n, u in points}
-    panels.against_noise(figure, data, "size_columns", places, across=2)
+    words = {(n, u): (style.colour_of_size(n), f"$N = {n}$, $u = {u:g}$") for n, u in points}
+    panels.against_noise(figure.subplots(), data["size_columns"], words)
     return figure
 
 
 # --- Fig. 22: bifurcation diagrams of other system sizes ------------------------------------------
 
-SIZES = (2, 3, 4, 6, 7, 10)
 MOST_NOISES = 3
 
 

@@ -98,7 +98,7 @@ PLAIN = 50  # a shorter range of lifetimes has plain numbers
 def fig12(data):
     """a: v_N at the section; b: r; c: mean lifetimes. Against u, without noise."""
     figure, (top, disorder, lifetimes) = panels.page(
-        4.6, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
+        4.05, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
     )
     scan, row = data["n5_density"], {"n_blocks": N_BLOCKS, "noise": 0.0}
     panels.diagrams(figure, scan, [(top, row)], bar=False)
@@ -139,7 +139,7 @@ def _mark_transition(axes, fall):
         return
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
     line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
-    words = f"fall here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
+    words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
     panels.shows(region, "u-critical", "lower", "upper")
     panels.shows(line, "u-critical", "critical")
     place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
