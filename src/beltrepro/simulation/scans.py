@@ -129,12 +129,11 @@ def _scanned(
     moments = LengthMoments(len(begin), start)
     belt_velocities = np.array([state.parameters.belt_velocity for state in begin])
     section = SectionValues(belt_velocities, section_values, start)
-    histograms = []
-    if section_bins is not None:
-        histograms = [SectionHistogram(belt_velocities, section_bins, start)]
+    edges = np.zeros(1) if section_bins is None else section_bins
+    histogram = SectionHistogram(belt_velocities, edges, start)
     laminar_time = _laminar_time(laminar_time, group.cases)
     slips, forward = SlipActivity(begin, start, laminar_time), ForwardSlip(begin)
-    loading.observe(group, chains, moments, section, slips, forward, *histograms)
+    loading.observe(group, chains, moments, section, histogram, slips, forward)
     end, more = chains.state(), max(0, SLIP_COLUMNS - n_blocks)
     return {
         **moments_of(moments, chains),
@@ -144,10 +143,10 @@ def _scanned(
         "section_position": levels,
         "section_count": section.count,
         "section_velocity": section.values,
-        **{"section_histogram": one.count for one in histograms},
         "slip_count": np.pad(slips.slip_count, ((0, 0), (0, more))),
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
+        **({} if section_bins is None else {"section_histogram": histogram.count}),
     }
 
 

@@ -48,15 +48,6 @@ def draws(figures):
     return decorated
 
 
-def layers(data, name):
-    """The scan of this name and "", then, if given, the one to draw over it and words for it."""
-    scans = [(data[name], "")]
-    if (over := data.get(name + CHECK)) is not None:
-        # one that differs with the noise has several names
-        scans.append((over, METHODS.get(over.attributes["method"], "other integrator")))
-    return scans
-
-
 def levels(scan, name):
     """Distinct values of n_blocks, belt_velocity or noise in a scan, rising."""
     return np.unique(scan.arrays[name])
@@ -239,24 +230,6 @@ def intervals_or_limits(axes, place, value, low, high, *, label="", **look):
     limits(axes, place[~ended], low[~ended], label=label, **look)
 
 
-def single_runs(axes, abscissa, disorder, index, *, label="", overlay="", **changes):
-    """r along u or sigma, median over replicates, a mark each: branches that coexist have no line.
-
-    overlay : words for a scan drawn over another one: crosses of the same colour.
-    """
-    finite = np.isfinite(disorder)
-    if not finite.any():
-        return
-    look = style.line_style(index) | {"markersize": 2.2, "label": label, "markeredgewidth": 0.3}
-    look |= {"linestyle": "none"} | changes
-    if overlay:
-        look |= {"marker": "x", "markersize": 3.5, "label": None, "markeredgewidth": 0.8}
-        if overlay not in axes.get_legend_handles_labels()[1]:
-            axes.plot([], [], "x", color=changes.get("color", style.GREY), label=overlay)
-    spread = sections.spread(abscissa[finite], disorder[finite])
-    axes.plot(spread.place, spread.median, **look)
-
-
 def finish_curves(axes, *, xlabel, ncols=4):
     """Axes and legend, above the panel, of r against something; says so when there is none."""
     axes.set(xlabel=xlabel, ylabel=DISORDER)
@@ -278,7 +251,7 @@ def together(velocities):
 
 
 def band(axes, place, values, **look):
-    """The mean of the values at each place, over a band of 10 to 90 % of them; none of no values."""
+    """The mean at each place, over a band of 10 to 90 % of the values; nothing of none."""
     measured = np.isfinite(values)
     if measured.any():
         artists.band(axes, place[measured], values[measured], **look)
@@ -347,13 +320,6 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
     if np.isfinite(apart):
         joined = np.where(spread.high <= apart * spread.low, joined, np.nan)
     axes.plot(spread.place, joined, label=label, **look)
-
-
-def crosses(axes, abscissa, values, colour, overlay):
-    """A cross for each run by the other integrator, over those of `draw_runs`."""
-    label = overlay if overlay not in axes.get_legend_handles_labels()[1] else None
-    look = {"markersize": 2.6, "markeredgewidth": 0.5, "label": label}
-    axes.plot(abscissa, values, "x", color=colour, **look)
 
 
 def against_noise(axes, scan, places):
