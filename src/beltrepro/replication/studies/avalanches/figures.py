@@ -76,47 +76,48 @@ def _law(axes, series):
 # --- Fig. 9: sizes and energies of avalanches -----------------------------------------------------
 
 
+FINE = 40  # bins a decade of the densities in grey
+LOCAL = 9  # of these, neighbours whose slope is a local exponent
+LEAST_IN_BIN = 5  # values, for a local exponent
+
+
 @panels.draws(FIGURES)
 def fig09(data):
-    """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches."""
+    """Densities of a: slip sizes, b: energies of avalanches; c, d: their local exponents."""
     catalogue = data["slips_u1"]
+    figure, grid = panels.page(3.9, "ab;cd", height_ratios=(1.7, 1))
     sizes, energies = measure.slip_sizes(catalogue), measure.avalanche_energies(catalogue)
-    of_last = measure.last_block_energies(catalogue)
-    in_belt = measure.slip_sizes(catalogue, "belt")
-    figure, (left, right) = panels.page(4.4, "a;b")
-    words = f"laboratory frame, {of_last.values.size} slips"
-    _densities(left, (sizes, words), (in_belt, "frame of the belt"), "slip-size-exponent")
-    left.set(xlabel=r"$\Delta x_s$", ylabel=r"$P(\Delta x_s)$")
-    words = f"whole chain, {energies.values.size} avalanches"
-    _densities(right, (energies, words), (of_last, "last block only"), "slip-energy-exponent")
-    right.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$")
+    for (above, below), sample, claim, symbol, what in (
+        (grid[::2], sizes, "slip-size-exponent", r"\Delta x_s", "slips"),
+        (grid[1::2], energies, "slip-energy-exponent", r"\Delta E", "avalanches"),
+    ):
+        below.sharex(above)
+        above.set(xscale="log", yscale="log", ylabel=f"$P({symbol})$")
+        below.set(xlabel=f"${symbol}$", ylabel="local exponent")
+        panels.remark(above, f"{sample.values.size} {what}")
+        with panels.shortage_on(above):
+            _densities(above, below, sample, claim)
     return figure
 
 
-def _densities(axes, first, other, claim):
-    """Density of a sample with its power law, that of the paper, and another reading of it."""
-    look = {"fmt": "o", "color": style.BLUE, "elinewidth": 0.9, "zorder": 3}
-    pale = {"color": style.SKY, "markerfacecolor": "none", "markersize": 3.5, "zorder": 1}
-    with panels.shortage_on(axes, place=(0.68, 0.66)):
-        sample, label = first
-        _density(axes, measure.Histogram.of(sample), label=label, **look)
-        law, exponent = measure.density_law(sample)
-        words = rf"$\alpha = {exponent.value:.2f}$"
-        panels.power_law(axes, law, linewidth=1.8, zorder=2, label=words)
-        panels.printed_slope(axes, law, printed(claim))
-    with panels.shortage_on(axes, place=(0.68, 0.66)):
-        sample, label = other
-        histogram = measure.Histogram.of(sample)
-        filled = histogram.count > 0
-        axes.loglog(histogram.centre[filled], histogram.density[filled], "s", label=label, **pale)
-    axes.set(xscale="log", yscale="log")
-    if axes.lines:
-        panels.plain_log(axes.xaxis)
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.25)
-        for text in axes.legend(loc="upper right").get_texts():
-            if "alpha" in text.get_text():
-                panels.shows(text, claim, "exponent")
+def _densities(axes, below, sample, claim):
+    """Density of a sample in fine and in coarse bins, with a law through these and the paper's."""
+    fine = measure.Histogram.of(sample, FINE)
+    density = np.where(fine.count > 0, fine.density, np.nan)
+    axes.plot(fine.centre, density, drawstyle="steps-mid", color="0.6", linewidth=0.7)
+    _density(axes, measure.Histogram.of(sample), fmt="o", color=style.BLUE, markersize=2.5)
+    law, exponent = measure.density_law(sample)
+    label = panels.true_minus(rf"here: {exponent.value:.2f}")
+    panels.power_law(axes, law, linewidth=1.4, zorder=4, label=label)
+    panels.printed_slope(axes, law, printed(claim))
+    panels.plain_log(axes.xaxis)
+    axes.tick_params(labelbottom=False)
+    ours, _ = axes.legend(loc="lower left").get_texts()
+    panels.shows(ours, claim, "exponent")
+    # a power law is level here
+    place, slope = measure.local_exponents(fine, LOCAL, LEAST_IN_BIN)
+    below.plot(place, slope, color="0.4", linewidth=0.8)
+    below.axhline(printed(claim), color=style.BLACK, linewidth=0.8, linestyle="--")
 
 
 def _density(axes, histogram, **look):

@@ -205,6 +205,21 @@ def density_law(
     return histogram.law(), exponent
 
 
+def local_exponents(
+    histogram: Histogram, neighbours: int, least: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Slope of log density over log size in each run of neighbouring bins, and its middle.
+
+    NaN where one of the bins has fewer than `least` values.
+    """
+    filled = np.where(histogram.count >= least, histogram.density, np.nan)
+    windows = np.lib.stride_tricks.sliding_window_view(np.log(filled), neighbours)
+    step = np.log(histogram.centre[1] / histogram.centre[0])
+    weight = np.arange(neighbours) - (neighbours - 1) / 2
+    middle = histogram.centre[neighbours // 2 :][: len(windows)]
+    return middle, windows @ weight / (weight @ weight) / step
+
+
 def most_probable(values: np.ndarray) -> float:
     """Middle of the bin of the largest density."""
     histogram = Histogram.of(Sample(values, np.zeros(values.size)), FINE_BINS)
