@@ -22,7 +22,6 @@ DISORDER = "$r$"
 CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
 METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
-_RASTER_FROM = 5000  # more points than this are an image in the PDF
 
 
 # --- data -----------------------------------------------------------------------------------------
@@ -200,7 +199,7 @@ def printed_range(axes, low, high, words, *, top=0.96):
 
 def trace(axes, time, values, *, ylabel):
     """A sampled quantity against time."""
-    axes.plot(time, values, color=style.BLUE, linewidth=0.5, rasterized=time.size > _RASTER_FROM)
+    artists.envelope(axes, time, values, linewidth=0.5)
     if not time.size:
         note(axes, "no samples")
     elif time.size > 1:

@@ -162,6 +162,18 @@ def density(setup, *, section_from, section_bins, **settings):
     return scan(setup, section_bins=edges, **settings) | {"section_bins": edges}
 
 
+def section(setup, **settings):
+    """The last block where any block crosses a section, in single precision: these are many."""
+    from beltrepro.simulation.catalogues import catalogue
+
+    states = catalogue(setup, **settings)["section"]
+    crossings = np.empty(len(states), [(POINT, "i4"), ("position", "f4"), ("velocity", "f4")])
+    crossings[POINT] = states["point"]
+    crossings["position"] = states["positions"][:, -1]
+    crossings["velocity"] = states["velocities"][:, -1]
+    return {"crossings": crossings}
+
+
 # --- kinds ----------------------------------------------------------------------------------------
 
 _RECORDED = (
@@ -172,6 +184,8 @@ _RECORDED = (
     ("series", "replication.plan.kinds:series",
      "duration transient sample_interval samples"),
     ("catalogue", "simulation.catalogues:catalogue",
+     "duration transient section_block section_position"),
+    ("section", "replication.plan.kinds:section",
      "duration transient section_block section_position"),
     ("escapes", "simulation.scans:time_to_continuous_slip",
      "duration settle_time laminar_time"),

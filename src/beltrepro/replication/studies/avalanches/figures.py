@@ -1,13 +1,12 @@
 """Figs. 8 to 10: slips and avalanches at small belt velocity."""
 
 import numpy as np
-from matplotlib.colors import LogNorm
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
-from beltrepro.stats import sections
+from beltrepro.simulation import artists
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
@@ -18,7 +17,7 @@ FIGURES = {
         number="9",
         shows={"slip-size-exponent": ("exponent",), "slip-energy-exponent": ("exponent",)},
     ),
-    "fig10": Figure(uses=("slips_u1", "slips_u1_event"), number="10"),
+    "fig10": Figure(uses=("section_u1", "section_u1_event"), number="10"),
     "avalanches": Figure(
         uses=("slips_n3", "slips_u1", "slips_n7", "slips_n10"),
         category="Further studies",
@@ -132,45 +131,50 @@ def _density(axes, histogram, **look):
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
 
 STUCK = 1e-6  # a block slower than this relative to the belt is stuck
-DENSITY_FROM = 20_000  # points: fewer are drawn one by one
-BINS = (240, 240)
+PER_CELL = 40  # points, about, of a density
+CELLS = (64, 512)  # least and most along an axis
+MAGNIFIED = (560.0, 600.0)  # x_N, as in the paper
 
 
 @panels.draws(FIGURES)
 def fig10(data):
-    """Section points with v_rN < 0 in the plane (x_N, v_rN): a density where there are many."""
-    figure, grid = panels.page(2.6, "ab", sharex=True, sharey=True)
-    for axes, name in zip(grid, FIGURES["fig10"].uses, strict=True):
-        _section(figure, axes, data[name])
-    grid[0].set_ylabel(panels.RELATIVE_VELOCITY)
+    """Density of section points with v_rN < 0 in the plane (x_N, v_rN); c: a part of a, larger."""
+    figure, (scheme, exact, magnified) = panels.page(4.05, "ab;cc", height_ratios=(1, 0.9))
+    for axes, name in (
+        (scheme, "section_u1"),
+        (exact, "section_u1_event"),
+        (magnified, "section_u1"),
+    ):
+        position, relative, about = _slipping(data[name])
+        if axes is magnified:
+            inside = (position > MAGNIFIED[0]) & (position < MAGNIFIED[1])
+            position, relative = position[inside], relative[inside]
+        else:
+            panels.remark(axes, f"{panels.METHODS[about['method']]}, {position.size} points")
+        axes.set_xlabel(f"{panels.POSITION} at {_place(about)}")
+        if not position.size:
+            panels.note(axes, "no section point at which the last block slips", width=16)
+            continue
+        cells = int(np.clip(np.sqrt(position.size / PER_CELL) * 10, *CELLS))
+        count, *edges = np.histogram2d(position, relative, cells, density=True)
+        artists.density(axes, *edges, count.T)
+    exact.sharex(scheme)
+    exact.sharey(scheme)
+    scheme.set_ylabel(panels.RELATIVE_VELOCITY)
+    magnified.set_ylabel(panels.RELATIVE_VELOCITY)
     return figure
 
 
-def _section(figure, axes, catalogue):
-    about, points = catalogue.attributes, catalogue.arrays["section"]
-    position = points["positions"][:, -1]
-    relative = points["velocities"][:, -1] - about["belt_velocity"]
-    again = sections.repeated(np.hstack([points["positions"], points["velocities"]]))
-    slipping = relative < -STUCK
-    new, old = slipping & ~again, slipping & again
-    size = float(np.clip(160 / np.sqrt(max(slipping.sum(), 1)), 1.5, 5))
-    look = {"markersize": size, "markeredgewidth": 0, "rasterized": True}
-    if old.any():
-        axes.plot(position[old], relative[old], ".", color=style.ORANGE, **look)
-    if not new.any():
-        panels.note(axes, "no section point at which the last block slips")
-    elif new.sum() < DENSITY_FROM:
-        axes.plot(position[new], relative[new], ".", color=style.BLUE, **look)
-        axes.margins(0.02)
-    else:
-        count, *edges = np.histogram2d(position[new], relative[new], BINS)
-        count = np.where(count > 0, count, np.nan)
-        image = axes.pcolormesh(*edges, count.T, norm=LogNorm(), rasterized=True)
-        figure.colorbar(image, ax=axes, pad=0.01, location="bottom", label="points per cell")
-    place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
-    axes.set_xlabel(f"{panels.POSITION} at {place}")
-    runs = f"{panels.METHODS[about['method']]}, {np.unique(points['point']).size} runs"
-    panels.remark(axes, f"{runs}:\n{new.sum()} of {slipping.sum()} points are new")
+def _slipping(dataset):
+    """x_N and v_rN of the points at which the last block slips, and what the dataset is."""
+    about, points = dataset.attributes, dataset.arrays["crossings"]
+    relative = points["velocity"] - about["belt_velocity"]
+    slips = relative < -STUCK
+    return points["position"][slips], relative[slips], about
+
+
+def _place(about):
+    return f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
 
 
 # --- Not in the paper: avalanches of chains of several lengths ------------------------------------

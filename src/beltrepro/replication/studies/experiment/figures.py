@@ -80,17 +80,21 @@ def draw_trace(axes, recording):
     return f"$r$ = {recording.disorder.words}", f"{share}, {longest:.0f} s at most"
 
 
-def draw_spectrum(axes, spectrum, name):
-    """Power spectrum of a stretch of a recording, with its power law if it has one."""
+def draw_spectrum(axes, spectrum, name, *, linear=False):
+    """Power spectrum of a stretch of a recording, with its power law on a logarithmic axis."""
     shown = spectrum.frequency_hz <= HIGHEST_HZ
     frequency, power = spectrum.frequency_hz[shown], spectrum.power[shown]
-    axes.loglog(frequency, power, color=_COLOURS[name], linewidth=0.6, rasterized=True)
+    axes.semilogy(frequency, power, color=_COLOURS[name], linewidth=0.6, rasterized=True)
     axes.set(xlabel=r"$\nu$ (Hz)", ylabel=r"$S(\nu)$ (m$^2$/Hz)", xlim=(frequency[0], HIGHEST_HZ))
     axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
-    if 100 * frequency[0] > HIGHEST_HZ:
-        panels.plain_log(axes.xaxis)
+    if linear:
+        axes.set_xlim(0, HIGHEST_HZ)
+    else:
+        axes.set_xscale("log")
+        if 100 * frequency[0] > HIGHEST_HZ:
+            panels.plain_log(axes.xaxis)
     title = [_WORDS[name], f"{spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"]
-    if spectrum.law:
+    if spectrum.law and not linear:
         band = np.array([spectrum.law.low, spectrum.law.high])
         axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
         title.insert(1, panels.true_minus(f"$p$ = {spectrum.exponent.words}"))
@@ -129,6 +133,18 @@ def pixel(track, x_m, y_m=0.0):
     )
 
 
+_SHOWN_S = 300.0  # of a recording, as in the paper
+
+
+def _begin(recording):
+    """Where the part of a recording begins that is nearest to half small amplitude."""
+    last = max(recording.time_s[-1] - _SHOWN_S, recording.time_s[0])
+    begins = np.arange(recording.time_s[0], last + 1, _SHOWN_S / 10)
+    inside = np.clip(recording.small_s, begins[:, None, None], begins[:, None, None] + _SHOWN_S)
+    share = np.diff(inside, axis=2).sum(axis=(1, 2)) / _SHOWN_S
+    return begins[np.argmin(np.abs(share - 0.5).round(9))]
+
+
 def _draw_film(trace, spectra, data, film):
     """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
     track = data[f"{film}_track"]
@@ -139,12 +155,15 @@ def _draw_film(trace, spectra, data, film):
             panels.note(axes, str(reason))
         return
     disorder, small = draw_trace(trace, recording)
-    trace.set(xlabel=SECONDS, ylabel=LENGTH)
+    begin = _begin(recording)
+    trace.set(
+        xlabel=SECONDS, ylabel=LENGTH, xlim=(begin, min(begin + _SHOWN_S, trace.get_xlim()[1]))
+    )
     for recorded in measure.EXPERIMENT:
         if measure.at_speed(recorded.speed_m_s, data[film].attributes):
             disorder += f" (paper, recorded: {recorded.disorder_parameter:g})"
     panels.remark(trace, "\n".join([speed(data[film]), disorder, small]))
-    names = (SMALL, LARGE) if len(spectra) == 2 else (WHOLE,)
+    names = ((), (WHOLE,), (SMALL, LARGE))[len(spectra)]
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
         lasts = spectrum and (name != SMALL or spectrum.end_s - spectrum.begin_s > LASTING_S)
@@ -152,7 +171,8 @@ def _draw_film(trace, spectra, data, film):
             panels.note(axes, f"no stretch of {name} amplitude lasts {LASTING_S:.0f} s here")
             axes.set(xticks=[], yticks=[])
             continue
-        draw_spectrum(axes, spectrum, name)
+        # equal spacing is seen on a linear axis only
+        draw_spectrum(axes, spectrum, name, linear=len(spectra) == 2)
         if name == SMALL:
             _draw_multiples(axes, spectrum, recording.interval_s)
 
@@ -338,28 +358,38 @@ def _draw_strips(axes, pictures, track, middle_m):
 
 @panels.draws(FIGURES)
 def fig04(data):
-    """a to c: x_5(t) at 0.28 m/s and its spectra; d to f: the same at 0.35 m/s."""
-    figure, axes = _page(5.8, "aa;bc;dd;ef")
-    for film, (trace, *spectra) in zip(("belt_028", "belt_035"), (axes[:3], axes[3:]), strict=True):
-        _draw_film(trace, spectra, data, film)
+    """a: x_5(t) at 0.35 m/s; b, c: spectra of its small and large amplitude; d: 0.28 m/s."""
+    figure, (alternating, *spectra, usual) = _page(4.05, "aa;bc;dd", height_ratios=(1, 1, 0.8))
+    for film, trace, parts in (("belt_035", alternating, spectra), ("belt_028", usual, ())):
+        _draw_film(trace, parts, data, film)
     return figure
 
 
 # --- Fig. 5: x_5(t) at 0.22 m/s, with its spectrum ------------------------------------------------
 
 _ENLARGED_S = 60.0  # in which single slips are seen
+_PRINTED_S = {"avalanches": (0.0, 125.0), "slip": (125.0, 185.0)}  # "more than one minute"
 
 
 @panels.draws(FIGURES)
 def fig05(data):
-    """a: x_5(t); b: the spectrum of all of it; c: a minute of it."""
-    figure, (above, below, enlarged) = _page(4.4, "a;b;c")
+    """a: x_5(t); b: a minute of it; c: the spectrum of all of it."""
+    figure, (above, enlarged, below) = _page(4.05, "a;b;c")
     _draw_film(above, (below,), data, "belt_022")
     track = data["belt_022_track"]
-    middle = (track.time_s[0] + track.time_s[-1]) / 2
+    begin, end = above.get_xlim()
+    middle = (begin + end) / 2
     window = middle - _ENLARGED_S / 2, middle + _ENLARGED_S / 2
     panels.zoom(above, enlarged, track.time_s, 100 * track.x_m, window)
     enlarged.set(xlabel=SECONDS, ylabel=LENGTH)
+    if above.lines:  # the event of the paper's recording, to the same scale
+        low, high = above.get_ylim()
+        above.set_ylim(low, high + 0.35 * (high - low))
+        for words, ends in _PRINTED_S.items():
+            look = {"color": style.BLACK, "linewidth": 1.2}
+            above.plot(begin + np.array(ends), [high + 0.08 * (high - low)] * 2, "|-", **look)
+            place = begin + np.mean(ends), high + 0.12 * (high - low)
+            above.annotate(f"paper: {words}", place, ha="center", va="bottom")
     return figure
 
 

@@ -129,29 +129,29 @@ VELOCITIES = (13.7, 24.3)  # shown in e
 
 @panels.draws(FIGURES)
 def fig16(data):
-    """a, b: x_N(t); c, d: spectra after the transient; e: share of laminar phases against u."""
+    """a: share of laminar phases against u; b, c: x_N(t); d, e: spectra after the transient."""
     scan = data["n5_replicates"]
     laminar_time = scan.attributes["laminar_time"]
-    figure, (*traces, left, right, below) = panels.page(5.2, "aa;bb;cd;ee")
+    figure, (shares, *traces, left, right) = panels.page(4.05, "aa;bb;cc;de")
     for axes, spectrum, name in zip(traces, (left, right), ("u17", "u19"), strict=True):
         series = data[name]
         window = panels.half_laminar(series, laminar_time, SHOWN)
-        panels.laminar_trace(axes, series, laminar_time, window)
+        panels.laminar_trace(axes, series, laminar_time, window, zero=window[0])
         axes.set_xlabel(panels.TIME)
         axes.locator_params(axis="x", nbins=5)
         panels.spectrum(spectrum, series)
         velocity = series.attributes["belt_velocity"]
         panels.remark(spectrum, f"$u = {velocity:g}$")
-        below.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
+        shares.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
     noise = data["u17"].attributes["noise"]
     row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
     share = row["belt_velocity"], row["laminar_fraction"]
-    panels.draw_runs(below, *share, 0, apart=np.inf)
-    below.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
-    below.set_xlim(*VELOCITIES)
+    panels.draw_runs(shares, *share, 0, apart=np.inf)
+    shares.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.05, 1.05))
+    shares.set_xlim(*VELOCITIES)
     if not row["noise"].size:
-        panels.note(below, "no run at this noise")
-    panels.remark(below, rf"$\sigma = {noise:g}$")
+        panels.note(shares, "no run at this noise")
+    panels.remark(shares, rf"$\sigma = {noise:g}$")
     return figure
 
 

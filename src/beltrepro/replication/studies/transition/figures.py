@@ -10,10 +10,11 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.replication.verdicts.motions import N_BLOCKS
+from beltrepro.simulation import artists
 from beltrepro.stats import sections
 
 FIGURES = {
-    "fig11": Figure(uses=("u20",), number="11"),
+    "fig11": Figure(uses=("u20", "u20_slips", "lifetimes"), number="11"),
     "fig12": Figure(
         uses=(
             "n5_density",
@@ -45,46 +46,74 @@ FIGURES = {
 
 # --- Fig. 11: a chaotic transient and what follows it ---------------------------------------------
 
-PERIODS = 3  # that are enlarged, at the end
-ZOOM = 60.0  # least length of the enlarged part
+ZOOM = 60.0  # length of the enlarged part, at the end
 AFTER = 0.6  # share of the transient's length that is drawn after it
 
 
 @panels.draws(FIGURES)
 def fig11(data):
-    """a: x_N(t) from the start; b: v_rN(t); c and d: the end of what is drawn, enlarged."""
-    series = data["u20"]
-    time, position, relative = panels.last_block(series)
-    orbit = measure.settled_orbit(time, series.arrays["positions"], series.arrays["velocities"])
-    stuck = np.flatnonzero(np.abs(relative) < 1e-9)
-    last_stick = float(time[stuck[-1]]) if stuck.size else 0.0
-    end, period = orbit or (last_stick, 0.0)
-    length = max(ZOOM, PERIODS * period)
-    shown = time <= (1 + AFTER) * end + length
-    time, position, relative = time[shown], position[shown], relative[shown]
-
-    figure, (above, below, *insets) = panels.page(4.2, "aa;bb;cd", height_ratios=(1, 1, 1.2))
-    for axes, enlarged, values, label in (
-        (above, insets[0], position, panels.POSITION),
-        (below, insets[1], relative, panels.RELATIVE_VELOCITY),
+    """a, b: x_N and v_rN of a run that ends as printed; c: x_N from rest; d: end of a; e: ends."""
+    figure, (above, relative, rest, enlarged, ends) = panels.page(
+        4.05, "aa;bb;cc;de", height_ratios=(1, 0.8, 1, 1.1)
+    )
+    time, position, velocity = panels.last_block(data["u20_slips"])
+    last_stick = _last_stick(time, velocity)
+    shown = time <= (1 + AFTER) * last_stick + ZOOM
+    for axes, values, label in (
+        (above, position, panels.POSITION),
+        (relative, velocity, panels.RELATIVE_VELOCITY),
     ):
-        panels.trace(axes, time, values, ylabel=label)
-        enlarged.set(xlabel=panels.TIME, ylabel=label)
-        panels.zoom(axes, enlarged, time, values, (time[-1] - length, time[-1]))
-        axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
-        if end < time[-1] - length:
-            axes.axvline(end, color=style.VERMILION, linestyle="--")
-    below.set_xlabel(panels.TIME)
-    sticks = last_stick > time[-1] - length
-    words = f"last stick at $t$ = {last_stick:.0f}, no period found"
-    if orbit:
-        words = f"periodic from $t$ = {end:.0f} on, period {period:.1f}"
-    elif sticks:
-        words = "no end of the transient in this series"
-    panels.remark(above, words)
-    ours = "goes on sticking (paper: only slips)" if sticks else "only slips, as in the paper"
-    panels.remark(below, f"last block: {ours}")
+        _envelope(axes, time[shown], values[shown], last_stick, label)
+    last = time[shown][-1]
+    panels.zoom(above, enlarged, time, position, (last - ZOOM, last))
+    enlarged.set(xlabel=panels.TIME, ylabel=panels.POSITION)
+    spread = data["u20_slips"].attributes["initial_spread"]
+    panels.remark(above, f"start moved by {spread:g}: last stick at $t$ = {last_stick:.0f}")
+
+    series = data["u20"]
+    time, position, velocity = panels.last_block(series)
+    orbit = measure.settled_orbit(time, series.arrays["positions"], series.arrays["velocities"])
+    end, period = orbit or (_last_stick(time, velocity), np.nan)
+    shown = time <= (1 + AFTER) * end + ZOOM
+    _envelope(rest, time[shown], position[shown], end, panels.POSITION)
+    rest.set_xlabel(panels.TIME)
+    words = f"periodic from $t$ = {end:.0f} on, period {period:.1f}" if orbit else "no period found"
+    panels.remark(rest, f"start at rest: {words}")
+    _ends(ends, data["lifetimes"], float(series.attributes["belt_velocity"]))
     return figure
+
+
+def _last_stick(time, velocity):
+    stuck = np.flatnonzero(np.abs(velocity) < 1e-9)
+    return float(time[stuck[-1]]) if stuck.size else 0.0
+
+
+def _envelope(axes, time, values, end, label):
+    """A trace with the end of its transient, here dashed and in the paper dotted."""
+    if not time.size:
+        panels.note(axes, "no samples")
+        return
+    artists.envelope(axes, time, values)
+    axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
+    axes.axvline(end, color=style.VERMILION, linestyle="--")
+    axes.set(xlim=(0, time[-1]), ylabel=label)
+
+
+def _ends(axes, scan, velocity):
+    """The share of starts whose last block slips for good, over the time of its last stick."""
+    column = sections.cut(scan, belt_velocity=velocity)
+    axes.set(xlabel="last stick", ylabel="slips for good", ylim=(0, 1))
+    if not column["escaped"].size:
+        panels.note(axes, "no run at this velocity", width=12)
+        return
+    ended = np.sort(column["lifetime"][column["escaped"].astype(bool)])
+    share = np.arange(1, ended.size + 1) / column["escaped"].size
+    duration = float(scan.attributes["duration"])
+    steps = [0, *ended, duration], [0, *share, *share[-1:], *[0.0] * (not share.size)]
+    axes.step(*steps, where="post", color=style.BLUE)
+    axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
+    axes.set_xlim(0, duration)
+    panels.remark(axes, f"{ended.size} of {column['escaped'].size} starts")
 
 
 # --- Fig. 12: the transition without noise --------------------------------------------------------
