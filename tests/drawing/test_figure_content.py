@@ -8,11 +8,13 @@ import itertools
 
 import numpy as np
 import pytest
+from matplotlib.contour import QuadContourSet
 
 import drawn
 import figure_data as made
 import naive
 from beltrepro.replication.drawing import style
+from beltrepro.replication.studies.avalanches import measure
 from beltrepro.stats import spectra, states
 from figure_data import SCANS, SCATTER, U, dataset
 
@@ -44,10 +46,24 @@ def runs(x, r):
     return np.repeat(x, 3), (r[:, np.newaxis] + SCATTER).ravel()
 
 
-def crossings(name, n, s):
-    """A dot for each crossing of a row, in all three replicates."""
-    points = [(u, v) for u in SCANS[name][1] for v in made.crossings(name, n, u, s)[:-2]]
-    return np.repeat(points, 3, axis=0).T
+def together(name, n, s):
+    """(place, mean) of r of all runs at neighbouring u, eight together."""
+    u, r = mean(*row(name, n, s))
+    width = 8 * (U[1] - U[0])
+    places = np.unique(np.ceil(u / width) - 0.5) * width
+    return places, np.array([r[np.abs(u - place - 1e-9) <= width / 2].mean() for place in places])
+
+
+def is_density(panel, name, n, s):
+    """The share of crossings in each cell at each u, over the height of the cell."""
+    (image,) = panel.images
+    np.testing.assert_allclose(image.y_edges, made.V_BINS)
+    np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
+    for place, u in enumerate(U):
+        values = made.crossings(name, n, u, s)[:-2]
+        expected, _ = np.histogram(values, image.y_edges, density=True)
+        np.testing.assert_allclose(np.nan_to_num(image.values[:, place]), expected)
+    assert image.scale == "log"
 
 
 # --- the model ------------------------------------------------------------------------------------
@@ -118,8 +134,8 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     arrays = dataset("u1").arrays
     last = arrays["time"] >= arrays["time"][-1] - 3000
     time, relative = arrays["time"][last], arrays["velocities"][last, 4] - 1.0
-    upper.draws("", "$x_N$", (time, arrays["positions"][last, 4]))
-    lower.draws("$t$", "$v_{rN}$", (time, relative))
+    upper.is_trace("", "$x_N$", time, arrays["positions"][last, 4])
+    lower.is_trace("$t$", "$v_{rN}$", time, relative)
     is_spectrum(spectrum, dataset("u1"), 0.0016, -1.21)  # caption of Fig. 8
     middle = time[np.argmin(relative)]
     is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
@@ -128,141 +144,185 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
 # --- the catalogue --------------------------------------------------------------------------------
 
 
-def is_density(panel, values, label, *, bins, run=None):
-    """Of values in so many bins a decade; with error bars if two runs are told apart."""
-    curve = panel.curve(label)
-    half = 10 ** (0.5 / bins)
-
-    def density(sample):
-        count = [np.sum((sample >= x / half) & (sample < x * half)) for x in curve.x]
-        return count / (sample.size * curve.x * (half - 1 / half))
-
-    np.testing.assert_allclose(curve.y, density(values))
-    assert np.sum(curve.y * curve.x) * (half - 1 / half) == pytest.approx(1)
-    assert curve.points.shape[1] == (2 if run is None else 4)
-    if run is not None:
-        error = np.abs(density(values[run == 0]) - density(values[run == 1])) / 2
-        np.testing.assert_allclose(curve.points.T[2:], drawn.ends(curve.y, error), atol=1e-12)
-
-
 def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
-    left, right = shown("fig09")
+    *panels, sizes, energies = shown("fig09")
     arrays = dataset("slips_u1").arrays
     last = arrays["slips"]["block"] == 5  # each avalanche is one slip here
     slips, reaching = arrays["slips"][last], arrays["avalanches"]["dissipated"][last]
-    laboratory = slips["start_position"] - slips["stop_position"]
-    belt = laboratory + 1.5 * (slips["stop_time"] - slips["start_time"])
-    for panel, quantity, values, label, others, other_label, printed in (
-        (left, r"\Delta x_s", laboratory, "laboratory frame, 600 slips", belt,
-         "frame of the belt", -1.47),
-        (right, r"\Delta E", reaching, "whole chain, 600 avalanches", slips["dissipated"],
-         "last block only", -0.87),
-    ):  # fmt: skip
-        panel.draws(f"${quantity}$", f"$P({quantity})$", scales="log log", more=4)
-        is_density(panel, values, label, bins=5, run=slips["point"])
-        is_density(panel, others, other_label, bins=5)
-        law = panel.curve(r"$\alpha")
+    lengths = slips["start_position"] - slips["stop_position"]
+    for panel, below, quantity, values, what, printed in (
+        (panels[0], sizes, r"\Delta x_s", lengths, "slips", -1.47),
+        (panels[1], energies, r"\Delta E", reaching, "avalanches", -0.87),
+    ):
+        panel.draws("", f"$P({quantity})$", scales="log log", more=4)
+        assert f"600 {what}" in panel.title
+        fine, coarse = panel.curves[:2]
+        for curve, bins in ((fine, 40), (coarse, 5)):
+            half, filled = 10 ** (0.5 / bins), np.isfinite(curve.y)
+            count = [np.sum((values >= x / half) & (values < x * half)) for x in curve.x]
+            expected = count / (values.size * curve.x * (half - 1 / half))
+            np.testing.assert_allclose(curve.y[filled], expected[filled])
+            assert np.sum(count) == values.size
+        run = slips["point"]
+        error = np.abs(_density(values[run == 0], coarse.x) - _density(values[run == 1], coarse.x))
+        np.testing.assert_allclose(coarse.points.T[2:], drawn.ends(coarse.y, error / 2), atol=1e-12)
+        law = panel.curve("here: ")
         exponent = np.diff(np.log(law.y)) / np.diff(np.log(law.x))
-        assert f"= {exponent[0]:.2f}$" in law.label
+        assert f"{exponent[0]:.2f}".replace("-", "\N{MINUS SIGN}") in law.label
         # dashed, of the printed slope, through the middle of the law
         paper = panel.curve(f"paper: {printed:g}".replace("-", "\N{MINUS SIGN}"))
         np.testing.assert_allclose(paper.x, law.x)
         assert np.diff(np.log(paper.y)) / np.diff(np.log(paper.x)) == pytest.approx(printed)
         assert np.prod(paper.y) == pytest.approx(np.prod(law.y)) and paper.line == "--"
+        assert (below.xlabel, below.ylabel) == (f"${quantity}$", "local exponent")
+        assert below.guides == [("y", printed)]
 
 
-def section(name):
-    points = dataset(name).arrays["section"]
-    return points["positions"][:, 4], points["velocities"][:, 4] - 1.5
+def _density(values, centre):
+    half = 10**0.1
+    count = [np.sum((values >= x / half) & (values < x * half)) for x in centre]
+    return count / (values.size * centre * (half - 1 / half))
 
 
-def test_fig10_is_the_points_at_which_the_last_block_slips_by_both_integrators():
-    first, second = shown("fig10")
-    for panel, name, repeats in ((first, "slips_u1", 0), (second, "slips_u1_event", 40)):
-        position, relative = section(name)
-        slips, new = relative < 0, np.arange(900) < 900 - repeats
-        curves = [(position[slips & part], relative[slips & part]) for part in (~new, new)]
-        panel.draws("$x_N$ at $x_{3} = 271.5$", panel.ylabel, *curves[not repeats :])
-        assert f"{(slips & new).sum()} of {slips.sum()} points are new" in panel.title
+def test_the_local_exponent_of_a_power_law_is_its_exponent():
+    values = (1 - np.arange(0.5, 1e5) / 1e5) ** (-1 / 1.5)  # P = 1.5 x^-2.5 from 1 on
+    fine = measure.Histogram.of(measure.Sample(values, np.zeros(values.size)), 40)
+    place, slope = measure.local_exponents(fine, 9, 5)
+    known = np.isfinite(slope)
+    assert known[0] and not known[-1]
+    np.testing.assert_allclose(slope[known & (place < 20)], -2.5, atol=0.1)
+
+
+def test_fig10_is_the_density_of_the_points_at_which_the_last_block_slips_by_both_integrators():
+    scheme, exact, part = shown("fig10")
+    for panel, name, words in (
+        (scheme, "section_u1", "paper's scheme"),
+        (exact, "section_u1_event", "exact motion"),
+        (part, "section_u1", ""),
+    ):
+        points = dataset(name).arrays["crossings"]
+        points = points[points["velocity"] < 1.5 - 1e-6]
+        if panel is part:
+            points = points[(points["position"] > 560) & (points["position"] < 600)]
+        else:
+            assert f"{words},\n{points.size} points" in panel.title
+        (image,) = panel.images
+        expected, *_ = np.histogram2d(
+            points["velocity"] - 1.5, points["position"], (image.y_edges, image.x_edges)
+        )
+        area = np.outer(np.diff(image.y_edges), np.diff(image.x_edges))
+        shares = np.nan_to_num(image.values) * area
+        np.testing.assert_allclose(shares, expected / points.size, atol=1e-9)
+        assert expected.sum() == points.size and panel.xlabel == "$x_N$ at $x_{3} = 271.5$"
+
+
+def test_fig11_is_a_run_that_slips_on_the_run_from_rest_and_when_runs_end():
+    above, relative, rest, enlarged, ends = shown("fig11")
+    last = 2.0 * 1500  # sample 1500 of two time units is the last stick
+    for panel in (above, relative):
+        assert panel.guides == [("x", 4000.0), ("x", last)]
+    assert f"last stick at $t$ = {last:.0f}" in above.title
+    assert "start at rest" in rest.title and enlarged.xlabel == "$t$"
+    runs = dataset("lifetimes").arrays
+    at = runs["belt_velocity"] == 20.0
+    assert not at.any() and "no run at this velocity" in " ".join(ends.texts)
 
 
 # --- scans ----------------------------------------------------------------------------------------
 
 
-def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
+def test_fig12_is_the_density_and_r_without_noise_with_exact_runs_and_other_starts_over_it():
     top, disorder, _ = shown("fig12")
-    top.draws("", "$v_N$", crossings("n5_rows", 5, 0.0))
-    single = row("n5_rows", 5, 0.0)
+    is_density(top, "n5_density", 5, 0.0)
+    assert (top.ylabel, disorder.ylabel) == ("$v_N$", "$r$")
+    single = (*runs(*row("n5_density", 5, 0.0)), "as in the paper")
     starts = (*runs(*row("n5_replicates_check", 5, 0.0)), "other starts")
-    disorder.draws("", "$r$", single, row("n5_rows_check", 5, 0.0), starts, more=0)
+    exact = (*runs(*row("n5_rows_check", 5, 0.0)), "exact motion")
+    disorder.draws("", "$r$", single, exact, starts, more=0)
     assert disorder.spans[-1] == ("x", 15, 18)  # Sec. IV.A
     data = made.data_of("fig12")
     del data["n5_replicates_check"], data["n5_rows_check"]
     drawn.panels_of(made.draw("fig12", data))[1].draws("", "$r$", single)
 
 
+def test_fig13_is_the_mean_of_runs_at_neighbouring_velocities():
+    (panel,) = shown("fig13")
+    curves = [(*together("n5_density", 5, s), rf"$\sigma = {s:g}$") for s in made.LEVELS]
+    panel.draws("$u$", "$r$", *curves)
+
+
+def test_fig14_is_a_strip_for_each_noise_and_the_column_at_u_7():
+    *strips, below = shown("fig14")
+    for panel, s in zip(strips, made.LEVELS, strict=True):
+        is_density(panel, "n5_density", 5, s)
+        assert rf"$\sigma = {s:g}$" in panel.texts
+    points = column("n5_u7", 5, 7.0)
+    assert below.xlabel == r"$\sigma$"
+    assert any(drawn._same(curve, *runs(*points)) for curve in below.curves)
+
+
 @pytest.mark.parametrize(
-    ("figure", "name", "places", "across"),
+    ("figure", "name", "places"),
     [
-        ("fig15", "n5_columns", itertools.product([5], [20.0, 30.0, 40.0]), 3),
-        ("fig21", "size_columns", itertools.product([5, 7, 10], [18.0, 32.0]), 2),
+        ("fig15", "n5_columns", itertools.product([5], [20.0, 30.0, 40.0])),
+        ("fig21", "size_columns", itertools.product([5, 7, 10], [18.0, 32.0])),
     ],
 )
-def test_fig15_and_fig21_are_a_run_each_and_a_panel_of_runs_for_each_point(
-    figure, name, places, across
-):
-    """Runs and their means against noise; crosses where there are runs by the other method."""
-    sizes, velocities, _ = SCANS[f"{name}_check"]
-    places = list(places)
-    above, *grid = shown(figure, also=[f"{name}_check"])
-    columns = [column(name, *place) for place in places]
-    above.draws(r"$\sigma$", "$r$", *((noise, r + SCATTER[0]) for noise, r in columns))
-    for index, (panel, (n, u)) in enumerate(zip(grid, places, strict=True)):
-        points, over = column(name, n, u), []
-        if n in sizes and u in velocities:
-            over = [(*runs(*column(f"{name}_check", n, u)), "exact motion")]
-        xlabel = r"$\sigma$" if index >= len(grid) - across else panel.xlabel
-        ylabel = "" if index % across else "$r$"
-        panel.draws(xlabel, ylabel, runs(*points), mean(*points), *over)
-        assert f"$u = {u:g}$" in panel.title
+def test_fig15_and_fig21_are_means_over_bands_of_runs(figure, name, places):
+    (panel,) = shown(figure)
+    curves = [mean(*column(name, *place)) for place in places]
+    panel.draws(r"$\sigma$", "$r$", *curves)
+
+
+def test_fig19_is_means_of_runs_at_sigma_1_over_the_printed_regions():
+    (panel,) = shown("fig19")
+    curves = [
+        (*mean(*row(name, n, 1.0)), f"$N = {n}$")
+        for name in ("n5_replicates", "size_replicates")
+        for n in SCANS[name][0]
+    ]
+    panel.draws("$u$", "$r$", *curves, more=6)  # three regions; a middle with its interval
+    regions = [curve for curve in panel.curves if len(curve.x) == 2 and np.all(curve.y < 0)]
+    assert [list(curve.x) for curve in regions] == [[15, 18], [23, 32], [27, 40]]
 
 
 def test_fig17_is_the_density_of_the_crossings_at_four_noises():
     grid = shown("fig17")
-    lowest = np.floor(min(made.crossings("n5_rows", 5, U[-1], 10.0)[:-2]))
     for panel, s in zip(grid, (0.0, 1.0, 5.0, 10.0), strict=True):
         assert rf"$\sigma = {s:g}$" in panel.title
-        (image,) = panel.images
-        np.testing.assert_allclose(image.y_edges, np.linspace(lowest, 0, 121))
-        np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
-        for place, u in enumerate(U):
-            values = made.crossings("n5_rows", 5, u, s)[:-2]
-            expected, _ = np.histogram(values, image.y_edges, density=True)
-            np.testing.assert_allclose(np.nan_to_num(image.values[:, place]), expected)
+        is_density(panel, "n5_density", 5, s)
         # at the foot of each u: whether the last block slips on, or both motions take turns
         share = made.laminar(U, s)
         for colour, chosen in ((style.BLUE, share > 0.95), (style.ORANGE, share == 0.5)):
-            marks = [curve for curve in panel.curves if curve.colour == colour]
-            assert [list(curve.x) for curve in marks] == [list(U[chosen])] * bool(chosen.any())
-            assert all(np.all(curve.y < lowest) for curve in marks)
-    densities = [panel.images[0].values for panel in grid]
-    highest, least = np.nanmax(densities), np.nanmin(densities)
-    limits = pytest.approx((max(least, highest / 1000), highest))
-    assert all((panel.images[0].limits, panel.images[0].scale) == (limits, "log") for panel in grid)
+            marks = [line for line in panel.axes.lines if line.get_color() == colour]
+            assert [list(line.get_xdata()) for line in marks] == [list(U[chosen])] * bool(
+                chosen.any()
+            )
+    highest = max(np.nanmax(panel.images[0].values) for panel in grid)
+    limits = pytest.approx((highest / 1000, highest))
+    assert all(panel.images[0].limits == limits for panel in grid)
 
 
-def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point_and_the_shares():
+def test_fig22_is_a_density_for_each_number_of_blocks_and_noise():
+    panels = iter(shown("fig22"))
+    for n in made.SIZES:
+        for s in (0.0, 1.0, 5.0):
+            panel = next(panels)
+            is_density(panel, "size_density", n, s)
+            assert f"$N = {n}$" in panel.texts
+
+
+def test_fig18_is_the_map_of_r_with_contours_of_the_laminar_share_and_the_shares():
     above, below = shown("fig18")
     (image,) = above.images
     noises = SCANS["n5_map"][2]
     np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
     np.testing.assert_allclose(image.y_edges, np.append(noises - 1.25, noises[-1] + 1.25))
     expected = np.array([[made.r("n5_map", 5, u, s) for u in U] for s in noises])
-    np.testing.assert_allclose(image.values, expected)
+    np.testing.assert_allclose(image.values, expected + SCATTER.mean())
     assert (image.scale, image.label, image.limits[0]) == ("linear", "$r$", 0)
-    assert expected.max() <= image.limits[1] < expected.max() + 0.02
-    inside = [(u, s) for s in noises for u in U if made.laminar(u, s) == 0.5]
-    above.draws("$u$", r"$\sigma$", np.repeat(inside, 3, axis=0).T)
+    (contour,) = [one for one in above.axes.collections if isinstance(one, QuadContourSet)]
+    assert list(contour.levels) == list(states.LAMINAR_SHARE)
     low, high = states.LAMINAR_SHARE
     u = SCANS["n5_replicates"][1]
     shares = [(u, made.laminar(u, s), rf"$\sigma = {s:g}$") for s in (0.0, 1.0, 2.2, 5.0)]

@@ -4,7 +4,7 @@ import itertools
 from types import SimpleNamespace
 
 import numpy as np
-from matplotlib.collections import QuadMesh
+from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.colors import LogNorm, to_hex
 from matplotlib.container import ErrorbarContainer
 from matplotlib.patches import Rectangle
@@ -71,6 +71,16 @@ class Panel:
             assert same, f"{words[:1] or 'curve'} not drawn at {list(x)[:2]}, {y[:2]}: {left}"
             left = [curve for curve in left if curve is not same[0]]
         assert len(left) == more, f"also drawn: {left}"
+
+    def is_trace(self, xlabel, ylabel, x, y):
+        """Assert that the one curve is of these samples: all, or the extremes in narrow columns."""
+        assert (self.xlabel, self.ylabel) == (xlabel, ylabel)
+        (envelope,) = [one for one in self.axes.collections if isinstance(one, PolyCollection)]
+        corners = envelope.get_paths()[0].vertices
+        assert (corners[:, 1].min(), corners[:, 1].max()) == (y.min(), y.max())
+        for value in (y.argmin(), y.argmax()):
+            near = np.abs(corners[:, 0] - x[value]) < np.ptp(x) / 200
+            assert corners[near, 1].min() <= y[value] <= corners[near, 1].max()
 
     def curve(self, label):
         """The one curve of this label, or of one that begins so."""

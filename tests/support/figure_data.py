@@ -39,16 +39,13 @@ LEVELS = (0.0, 0.25, 0.5, 1.0, 2.2, 5.0, 10.0)
 SIZES = (2, 3, 4, 6, 7, 10)
 # Numbers of blocks, belt velocities and noises of each scan; more than its figures may show.
 SCANS = {
-    "n5_rows": ((4, 5), U, LEVELS),
+    "n5_density": ((4, 5), U, LEVELS),
     "n5_map": ((4, 5), U, np.arange(0.0, 10.1, 2.5)),
     "n5_u7": ((5, 6), (6.0, 7.0, 8.0), np.arange(0.0, 2.1, 0.25)),
     "n5_columns": ((5, 6), (20.0, 30.0, 40.0), np.arange(0.0, 10.1, 2)),
-    "size_rows": (SIZES, U, (0.0, 1.0, 5.0)),
+    "size_density": (SIZES, U, (0.0, 1.0, 5.0)),
     "size_columns": ((5, 7, 10), (18.0, 32.0), np.arange(0.0, 10.1, 2)),
-    "n5_rows_check": ((5, 6), U[::2], (0.0, 1.0)),
-    "size_rows_check": ((2, 6), U[::2], (0.0, 1.0)),
-    "n5_columns_check": ((5,), (20.0, 40.0), np.arange(0.0, 10.1, 5)),
-    "size_columns_check": ((5, 7), (18.0,), np.arange(0.0, 10.1, 5)),
+    "n5_rows_check": ((5, 6), U[::2], (0.0,)),
     "n5_replicates": ((4, 5), U[2:11], (0.0, 0.5, 1.0, 2.2, 5.0)),
     "n5_replicates_check": ((5,), U[1:11], (0.0,)),
     "n5_replicates_wide": ((5,), U[2:11], (0.0,)),
@@ -56,6 +53,7 @@ SCANS = {
 }
 SCATTER = np.array([-2e-3, 0.0, 9e-3])  # of r about its median: mean and median differ
 CROSSINGS = 12
+V_BINS = np.linspace(-120.0, 0.0, 121)
 
 
 # --- scans ----------------------------------------------------------------------------------------
@@ -75,6 +73,11 @@ def crossings(name, n, u, s):
     values[0] -= 60
     values[-2:] = np.nan
     return values
+
+
+def histogram(name, n, u, s):
+    """Crossings of a point in each bin."""
+    return np.histogram(crossings(name, n, u, s)[:-2], V_BINS)[0].astype(np.uint32)
 
 
 def laminar(u, s):
@@ -99,11 +102,13 @@ def scan(name):
         "replicate": replicate,
         "disorder_parameter": np.array([r(name, *row[:3]) for row in grid]) + SCATTER[replicate],
         "section_position": 111.0 * n,
-        "section_velocity": np.array([crossings(name, *row[:3]) for row in grid]),
         "laminar_fraction": laminar(u, s),
         "laminar_count": np.where(laminar(u, s) == 0.5, 9, 1),
         "last_stick_time": np.where(ended, np.array([np.nan, 1760, 1840])[replicate], 1840.0),
     }
+    if name.endswith("density"):
+        counts = [histogram(name, *row[:3]) for row in grid]
+        arrays |= {"section_histogram": np.array(counts), "section_bins": V_BINS}
     # replicates are exact, and their check is by the scheme; other scans are the other way round
     exact = name.endswith("_check") != name.startswith("n5_replicates")
     method = "event" if exact else "verlet"
@@ -134,6 +139,14 @@ def series(n_blocks, belt_velocity, noise, *, length=2000, interval=2.0, transie
     return Dataset(arrays, HOW | LAW | chain | span)
 
 
+def moved(data):
+    """The same with a start that is moved, and a last block that sticks no more from t = 3000."""
+    late = data.arrays["time"] > 3000
+    velocities = np.where(late[:, None], -5.0, data.arrays["velocities"])
+    arrays = data.arrays | {"velocities": velocities}
+    return Dataset(arrays, data.attributes | {"initial_spread": 0.001})
+
+
 def long_slips(end, block):
     """(begin, end) of slips: the first is too short, the last too early."""
     late = end - 100 * block
@@ -151,11 +164,8 @@ def friction_event():
     return Dataset(arrays, data.attributes | law)
 
 
-def catalogue(n_blocks=5, *, points=900, repeats=0, method="verlet", count=1200):
-    """Slips of the last two blocks in two chains, each an avalanche, and points of a section.
-
-    repeats : how many of the last points of the section are nearly those at the begin.
-    """
+def catalogue(n_blocks=5, *, count=1200):
+    """Slips of the last two blocks in two chains, each an avalanche."""
     rng = np.random.default_rng(n_blocks + 3)
     names = ["start_time", "stop_time", "start_position", "stop_position", "dissipated"]
     slips = np.zeros(count, [("point", "i4"), ("block", "i4"), *[(name, "f8") for name in names]])
@@ -176,19 +186,20 @@ def catalogue(n_blocks=5, *, points=900, repeats=0, method="verlet", count=1200)
         "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
     }
     events = append_fields(events, list(more), list(more.values()), usemask=False)
-    fields = [("point", "i4"), ("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
-    section = np.zeros(points, fields)
-    section["point"] = np.arange(points) % 2
-    section["positions"] = 300 + rng.uniform(0, 90, (points, n_blocks))
-    section["velocities"] = 1.5 - rng.uniform(0, 40, (points, n_blocks))
-    section["velocities"][::7] = 1.5
-    if repeats:
-        section["positions"][-repeats:] = section["positions"][:repeats] + 0.05
-        section["velocities"][-repeats:] = section["velocities"][:repeats]
-    chain = {"n_blocks": n_blocks, "belt_velocity": 1.5, "noise": 0.0, "method": method}
-    where = {"section_block": 3, "section_position": 271.5, "kind": "catalogue"}
-    arrays = {"slips": slips, "avalanches": events, "section": section}
-    return Dataset(arrays, HOW | chain | where)
+    chain = {"n_blocks": n_blocks, "belt_velocity": 1.5, "noise": 0.0, "kind": "catalogue"}
+    return Dataset({"slips": slips, "avalanches": events}, HOW | chain)
+
+
+def section(method="verlet", count=900):
+    """Position and velocity of the last block at a section; it sticks at every seventh point."""
+    rng = np.random.default_rng(len(method))
+    fields = [("point", "i4"), ("position", "f4"), ("velocity", "f4")]
+    crossings = np.zeros(count, fields)
+    crossings["position"] = 520 + rng.uniform(0, 180, count)
+    crossings["velocity"] = 1.5 - rng.uniform(1, 40, count)
+    crossings["velocity"][::7] = 1.5
+    about = {"section_block": 3, "section_position": 271.5, "kind": "section", "method": method}
+    return Dataset({"crossings": crossings}, HOW | {"belt_velocity": 1.5} | about)
 
 
 # --- long runs without noise ----------------------------------------------------------------------
@@ -354,10 +365,12 @@ def dataset(name):
         "friction_event": friction_event,
         "u1": lambda: series(5, 1.0, 0.0, length=7000),
         "u20": lambda: series(5, 20.0, 0.0, transient=0.0),
+        "u20_slips": lambda: moved(series(5, 20.0, 0.0, length=2500, transient=0.0)),
         "u17": lambda: series(5, 17.5, 2.2, length=8000),
         "u19": lambda: series(5, 19.0, 2.2, length=9000),
         "slips_u1": catalogue,
-        "slips_u1_event": lambda: catalogue(repeats=40, method="event"),
+        "section_u1": section,
+        "section_u1_event": lambda: section(method="event"),
         "lifetimes": lifetimes,
         "lifetimes_wide": lifetimes,
         "motion_map": lambda: irregular.motion(n_blocks=[5, *SIZES], belt_velocity=ENDS, runs=3),
@@ -395,9 +408,9 @@ def data_of(figure, *, also=(), **changed):
 
 
 def draw(figure, data):
-    """A figure, as wide as a column of the paper and legible there."""
+    """A figure, as wide as a column of the paper, or as both, and legible there."""
     made = getattr(importlib.import_module(registry.figures()[figure].module), figure)(data)
     sizes = {text.get_text(): text.get_size() for text in made.findobj(Text) if text.get_text()}
-    assert made.get_figwidth() * 2.54 == pytest.approx(8.6)
+    assert made.get_figwidth() * 2.54 == pytest.approx(17.8 if figure == "fig22" else 8.6)
     assert min(sizes.values(), default=6) >= 6, sizes
     return made

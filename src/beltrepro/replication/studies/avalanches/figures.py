@@ -150,7 +150,7 @@ def fig10(data):
             inside = (position > MAGNIFIED[0]) & (position < MAGNIFIED[1])
             position, relative = position[inside], relative[inside]
         else:
-            panels.remark(axes, f"{panels.METHODS[about['method']]}, {position.size} points")
+            panels.remark(axes, f"{panels.METHODS[about['method']]},\n{position.size} points")
         axes.set_xlabel(f"{panels.POSITION} at {_place(about)}")
         if not position.size:
             panels.note(axes, "no section point at which the last block slips", width=16)

@@ -183,9 +183,10 @@ def _marks(axes, row):
         (share.mean > high, style.BLUE),
         ((share.mean >= low) & (share.mean <= high), style.ORANGE),
     ):
-        places = share.place[chosen]
-        look = {"color": colour, "markersize": 3, "transform": axes.get_xaxis_transform()}
-        axes.plot(places, np.full(places.size, FOOT), "|", **look)
+        if chosen.any():
+            places = share.place[chosen]
+            look = {"color": colour, "markersize": 3, "transform": axes.get_xaxis_transform()}
+            axes.plot(places, np.full(places.size, FOOT), "|", **look)
 
 
 # --- Fig. 18: map of the disorder parameter -------------------------------------------------------

@@ -101,19 +101,18 @@ def _envelope(axes, time, values, end, label):
 
 def _ends(axes, scan, velocity):
     """The share of starts whose last block slips for good, over the time of its last stick."""
-    column = sections.cut(scan, belt_velocity=velocity)
-    axes.set(xlabel="last stick", ylabel="slips for good", ylim=(0, 1))
-    if not column["escaped"].size:
+    arrays, duration = scan.arrays, float(scan.attributes["duration"])
+    at_velocity = np.isclose(arrays["belt_velocity"], velocity)
+    axes.set(xlabel="last stick", ylabel="slips for good", xlim=(0, duration), ylim=(0, 1))
+    if not at_velocity.any():
         panels.note(axes, "no run at this velocity", width=12)
         return
-    ended = np.sort(column["lifetime"][column["escaped"].astype(bool)])
-    share = np.arange(1, ended.size + 1) / column["escaped"].size
-    duration = float(scan.attributes["duration"])
+    ended = np.sort(arrays["lifetime"][at_velocity & arrays["escaped"].astype(bool)])
+    share = np.arange(1, ended.size + 1) / at_velocity.sum()
     steps = [0, *ended, duration], [0, *share, *share[-1:], *[0.0] * (not share.size)]
     axes.step(*steps, where="post", color=style.BLUE)
     axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
-    axes.set_xlim(0, duration)
-    panels.remark(axes, f"{ended.size} of {column['escaped'].size} starts")
+    panels.remark(axes, f"{ended.size} of {at_velocity.sum()} starts")
 
 
 # --- Fig. 12: the transition without noise --------------------------------------------------------
