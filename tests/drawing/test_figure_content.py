@@ -81,7 +81,7 @@ def test_fig06_is_the_force_of_the_spring():
 
 
 def test_fig07_is_the_friction_of_one_event_of_the_last_block():
-    panel, enlarged = shown("fig07")
+    (panel,) = shown("fig07")
     arrays = dataset("friction_event").arrays
     time, friction = arrays["time"], arrays["friction"][:, 4]
     gap = arrays["positions"][:, 4] - arrays["positions"][:, 3]
@@ -94,8 +94,7 @@ def test_fig07_is_the_friction_of_one_event_of_the_last_block():
         (external[slips], friction[slips], "slipping: $F_f = f_s F_{st}$"),
     )
     assert panel.guides == [("y", 0), ("x", 0), ("y", 80), ("y", 0.4 * 80)]
-    enlarged.draws("$F_{ex}$", "$F_f$", (external[slips], friction[slips]))
-    assert enlarged.guides == [("y", 0.4 * 80)]
+    assert rf"{friction[slips].std():.2f} ($f_s \sigma$ = 0.40)" in panel.title
 
 
 # --- series ---------------------------------------------------------------------------------------
@@ -108,7 +107,10 @@ def is_spectrum(panel, data, prefactor, exponent):
     position = data.arrays["positions"][time >= data.attributes["transient"], -1]
     frequency, power = spectra.power_spectrum(position, interval)
     shown = frequency, np.sqrt(2 * power / 1e6)
-    panel.draws(r"$\nu$", r"amplitude $A(\nu)$", shown, scales="log log", more=2)
+    panel.draws(r"$\nu$", r"amplitude $A(\nu)$", shown, scales="log log", more=3)
+    median = panel.curve("median")
+    near = np.abs(np.log10(frequency / median.x[-5])) < 0.025
+    assert median.y[-5] == pytest.approx(np.median(shown[1][near]), rel=0.05)
     # of the mean of the spectra of stretches of ten cycles of the lowest frequency
     count = int(position.size * interval * 0.003 / 10)
     stretches = np.split(position[: position.size // count * count], count)
@@ -134,6 +136,7 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     arrays = dataset("u1").arrays
     last = arrays["time"] >= arrays["time"][-1] - 3000
     time, relative = arrays["time"][last], arrays["velocities"][last, 4] - 1.0
+    time = time - time[0]
     upper.is_trace("", "$x_N$", time, arrays["positions"][last, 4])
     lower.is_trace("$t$", "$v_{rN}$", time, relative)
     is_spectrum(spectrum, dataset("u1"), 0.0016, -1.21)  # caption of Fig. 8

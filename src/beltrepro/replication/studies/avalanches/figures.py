@@ -40,7 +40,7 @@ def fig08(data):
     series = data["u1"]
     time, position, relative = panels.last_block(series)
     shown = time >= time[-1] - SHOWN
-    time, position, relative = time[shown], position[shown], relative[shown]
+    time, position, relative = time[shown] - time[shown][0], position[shown], relative[shown]
     figure, (upper, lower, spectrum, enlarged) = panels.page(
         4.2, "aa;bb;cd", height_ratios=(1, 1, 1.4)
     )

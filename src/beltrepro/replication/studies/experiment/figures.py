@@ -111,7 +111,7 @@ def _page(height, layout, **how):
     """A page with lettered panels that says at its top that the experiment is not a real one."""
     figure, axes = panels.page(height, layout, **how)
     words = "virtual experiment: simulated chain, simulated camera"
-    figure.suptitle(words, size=6.5, style="italic", color=style.VERMILION)
+    figure.suptitle(words, size=6.2, style="italic", color="0.35")
     return figure, axes
 
 
@@ -283,6 +283,10 @@ def _name_parts(axes, pixel, blocks_m):
     tape = half + scene.tape_gap + scene.tape_width / 2
     _point(axes, "fixed point", pixel(0.0, half / 2), 35, align="left")
     _point(axes, "tape measure", pixel(0.45, tape), 35)
+    bar = [pixel(place, half) for place in (1.15, 1.25)]
+    axes.plot(*zip(*bar, strict=True), color="white", linewidth=1.5)
+    look = {"textcoords": "offset points", "color": "white", "ha": "center"}
+    axes.annotate("10 cm", pixel(1.2, half), (0, 2), **look)
     middle = (blocks_m[-2] + blocks_m[-1]) / 2
     _point(axes, "spring", pixel(middle, scene.spring_width / 2), 35)
     begin, end = pixel(blocks_m[-1] + 0.06), pixel(blocks_m[-1] + 0.16)
@@ -309,25 +313,21 @@ _NEAR_S = 1e-3  # instants of a table and of its film
 
 @panels.draws(FIGURES)
 def fig03(data):
-    """Left: frames about the fastest slip of the first seconds; right: x_5(t)."""
+    """Frames about the fastest slip of the first seconds, one below the other."""
     track = data["belt_028_track"]
-    figure, (left, right) = _page(3.4, "ab", width_ratios=(1.7, 1))
+    figure, (axes,) = _page(3.0, "a")
+    axes.set_title("", loc="left")
     begin = _about_fastest_slip(track)
     chosen = slice(begin, begin + STRIPS)
     first, last = track.time_s[chosen][[0, -1]]
     frames = itertools.takewhile(lambda f: f.time_s < last + _NEAR_S, data["belt_028_film"]())
     pictures = [frame.picture for frame in frames if frame.time_s > first - _NEAR_S][:STRIPS]
-    time, position = track.time_s[chosen], 100 * track.x_m[chosen]
-    _draw_strips(left, pictures, track, position.mean() / 100)
-    left.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=3.5)
-    left.set_yticks(np.arange(0, len(time), 4) + 0.5, [f"{instant:.2f}" for instant in time[::4]])
-    left.set(xlabel=LENGTH, ylabel=SECONDS)
-    panels.remark(left, speed(data["belt_028"]))
-
-    shown = track.time_s <= SHOWN_S
-    panels.trace(right, track.time_s[shown], 100 * track.x_m[shown], ylabel=LENGTH)
-    right.axvspan(time[0], time[-1], color=style.ORANGE, alpha=0.35, linewidth=0)
-    right.set_xlabel(SECONDS)
+    time, position = track.time_s[chosen] - first, 100 * track.x_m[chosen]
+    _draw_strips(axes, pictures, track, position.mean() / 100)
+    axes.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=2)
+    axes.set_yticks(np.arange(0, len(time), 6) + 0.5, [f"{instant:.2f}" for instant in time[::6]])
+    axes.set(xlabel=LENGTH, ylabel="$t$ since the first frame (s)")
+    panels.remark(axes, speed(data["belt_028"]))
     return figure
 
 

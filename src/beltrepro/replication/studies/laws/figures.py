@@ -35,15 +35,16 @@ def fig06(data):
     axes.axvspan(-limit, limit, color="0.94", linewidth=0)
     look = {"color": style.VERMILION, "linewidth": 1.3, "label": r"ideal spring, $-\Delta l$"}
     axes.plot(deformation, -deformation, "--", **look)
+    axes.text(62, -45, look["label"], color=look["color"], rotation=-25)
     look = {"color": style.BLUE, "linewidth": 1.8, "label": "spring of the model"}
     axes.plot(deformation, spring_force(deformation, constants), **look)
+    axes.text(42, -95, look["label"], color=look["color"], ha="right")
     joins = np.array([-limit, limit])
     axes.plot(joins, spring_force(joins, constants), "o", color=style.BLUE, markersize=4.5)
     axes.text(0, 112, "linear", ha="center", color="0.35")
     axes.text(-31.5, 95, f"$b_1 = {constants.compression_rate:g}$", ha="left", color=style.BLUE)
-    axes.text(80, -155, f"$b_2 = {constants.extension_rate:g}$", ha="right", color=style.BLUE)
-    axes.set(xlim=RANGE, ylim=(-190, 130), xlabel=r"$\Delta l$", ylabel=r"$F_e$")
-    axes.legend(loc="upper right")
+    axes.text(80, -140, f"$b_2 = {constants.extension_rate:g}$", ha="right", color=style.BLUE)
+    axes.set(xlim=RANGE, ylim=(-155, 130), xlabel=r"$\Delta l$", ylabel=r"$F_e$")
     return figure
 
 
@@ -63,17 +64,16 @@ class Event(NamedTuple):
 def fig07(data):
     """Friction force of one block against the resultant spring force on it."""
     series = data["friction_event"]
-    figure, (axes, enlarged) = panels.page(3.8, "a;b", height_ratios=(1.9, 1))
-    for panel in (axes, enlarged):
-        panel.set(xlabel="$F_{ex}$", ylabel="$F_f$")
+    figure = style.page(2.6)
+    axes = figure.subplots()
+    axes.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
     event = _choose_event(series)
     if event is None:
         panels.note(axes, "no complete stick-slip event in this series")
-        panels.note(enlarged, "no complete slip")
         return figure
-    _draw_event(axes, enlarged, series, io.chain(series), event)
+    _draw_event(axes, series, io.chain(series), event)
     axes.legend(loc="lower left")
     return figure
 
@@ -99,7 +99,7 @@ def _sampled(time, begin, end):
     return np.searchsorted(time, end) - np.searchsorted(time, begin) >= 10
 
 
-def _draw_event(axes, enlarged, series, chain, event):
+def _draw_event(axes, series, chain, event):
     time = series.arrays["time"]
     column = event.block - 1
     friction = series.arrays["friction"][:, column]
@@ -114,7 +114,6 @@ def _draw_event(axes, enlarged, series, chain, event):
         (slips, "slipping: $F_f = f_s F_{st}$", {"color": style.VERMILION, "lw": 0.5}),
     ):
         axes.plot(external[phase], friction[phase], label=label, rasterized=True, **look)
-    _draw_noise(enlarged, external[slips], friction[slips], chain)
     kinetic = float(np.mean(friction[slips]))
     first, last = external[slips][[0, -1]]
     _sudden_change(axes, (first, friction[stuck][-1]), (first, kinetic))
@@ -124,17 +123,9 @@ def _draw_event(axes, enlarged, series, chain, event):
     axes.autoscale_view()
     _draw_level(axes, chain.static_friction, "$F_{st_0}$")
     _draw_level(axes, chain.friction_ratio * chain.static_friction, "$f_s F_{st_0}$")
-    panels.remark(axes, f"block {event.block} of {chain.n_blocks}, slip at $t$ = {event.start:.2f}")
-
-
-def _draw_noise(axes, external, friction, chain):
-    """Friction while slipping, on its own scale, over one standard deviation of f_s F_st."""
-    kinetic = chain.friction_ratio * chain.static_friction
-    deviation = chain.friction_ratio * chain.noise
-    axes.axhline(kinetic, color="0.5", linewidth=0.8, linestyle=":", zorder=3)
-    axes.axhspan(kinetic - deviation, kinetic + deviation, color="0.88", linewidth=0, zorder=0)
-    axes.plot(external, friction, color=style.VERMILION, linewidth=0.5, rasterized=True)
-    panels.remark(axes, f"measured {np.std(friction):.2f}, $f_s \\sigma$ = {deviation:.2f}")
+    deviation = f"deviation {np.std(friction[slips]):.2f}"
+    deviation += rf" ($f_s \sigma$ = {chain.friction_ratio * chain.noise:.2f})"
+    panels.remark(axes, f"block {event.block} of {chain.n_blocks}; while slipping {deviation}")
 
 
 def _draw_level(axes, level, text):
