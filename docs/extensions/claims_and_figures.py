@@ -7,6 +7,8 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.verdicts.ledger import load_ledger
 from extensions import plain, table, write
 
+PUBLISHED = Path(__file__).parent.parent / "results/paper/figures"
+
 
 def page() -> str:
     """Every figure by category, every table and every claim."""
@@ -24,6 +26,8 @@ def _figures() -> Iterator[str]:
                 number = f"Fig. {entry.number}: " if entry.number else ""
                 yield f"#### {name}"
                 yield f"**{number}{plain(entry.title)}** {plain(entry.words)}"
+                if (PUBLISHED / f"{name}.png").exists():
+                    yield f"![{plain(entry.alt)}](../results/paper/figures/{name}.png)"
                 yield _made_from(entry.uses)
 
 

@@ -70,10 +70,12 @@ def hardly(name):
     arrays = {
         key: values[: few.get(key, 0)] if by_run is None else values[:1]
         for key, values in data.arrays.items()
-        if values.ndim
+        if values.ndim and key != "section_bins"
     }
-    for key in {"disorder_parameter", "section_velocity"} & set(arrays):
-        arrays[key] = np.full_like(arrays[key], np.nan)
+    for key in {"disorder_parameter", "section_histogram"} & set(arrays):
+        arrays[key] = np.full_like(arrays[key], 0 if "histogram" in key else np.nan)
+    if "section_bins" in data.arrays:
+        arrays["section_bins"] = data.arrays["section_bins"]
     return Dataset(arrays, data.attributes)
 
 

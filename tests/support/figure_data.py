@@ -206,9 +206,9 @@ def section(method="verlet", count=900):
 
 
 def lifetimes():
-    """At u = 18, 24 and 30 four, five and two of six runs escape."""
+    """At u = 18, 20 and 30 four, five and two of six runs escape."""
     escaped = np.array([[1, 1, 1], [1, 1, 1], [1, 1, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], bool)
-    u = np.tile([18.0, 24.0, 30.0], 6)
+    u = np.tile([18.0, 20.0, 30.0], 6)
     arrays = {"belt_velocity": u, "lifetime": 100.0 + 10 * np.arange(18) + u}
     arrays |= {"escaped": escaped.ravel(), "n_blocks": np.full(18, 5)}
     return Dataset(arrays, HOW | {"kind": "escapes", "noise": 0.0, "settle_time": 500.0})

@@ -330,11 +330,11 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
 def against_noise(axes, scan, places):
     """r against noise from columns of a scan: the mean of all runs over a band of 10 to 90 %.
 
-    places : dict, colour and words by (n_blocks, belt_velocity).
+    places : dict, look and label by (n_blocks, belt_velocity).
     """
-    for (n_blocks, velocity), (colour, words) in places.items():
+    for (n_blocks, velocity), look in places.items():
         column = sections.cut(scan, n_blocks=n_blocks, belt_velocity=velocity)
-        band(axes, column["noise"], column["disorder_parameter"], color=colour, label=words)
+        band(axes, column["noise"], column["disorder_parameter"], **look)
     finish_curves(axes, xlabel=NOISE, ncols=3)
     axes.set_xlim(left=0)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
@@ -94,8 +95,11 @@ def fig09(data):
         above.set(xscale="log", yscale="log", ylabel=f"$P({symbol})$")
         below.set(xlabel=f"${symbol}$", ylabel="local exponent")
         panels.remark(above, f"{sample.values.size} {what}")
-        with panels.shortage_on(above):
+        try:
             _densities(above, below, sample, claim)
+        except NotEnoughDataError as reason:
+            for axes in (above, below):
+                panels.note(axes, str(reason))
     return figure
 
 

@@ -115,7 +115,7 @@ def fig15(data):
     figure = style.page(2.9)
     axes = figure.subplots()
     colours = zip(velocities, style.shades(velocities.size), strict=True)
-    places = {(N_BLOCKS, u): (colour, f"$u = {u:g}$") for u, colour in colours}
+    places = {(N_BLOCKS, u): {"color": colour, "label": f"$u = {u:g}$"} for u, colour in colours}
     panels.against_noise(axes, data["n5_columns"], places)
     axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
     return figure

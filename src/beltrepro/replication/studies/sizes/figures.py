@@ -113,8 +113,12 @@ def fig21(data):
     """r(sigma) of several N, each at its u: means of runs over a band of 10 to 90 % of them."""
     arrays, figure = data["size_columns"].arrays, style.page(2.9)
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
-    words = {(n, u): (style.colour_of_size(n), f"$N = {n}$, $u = {u:g}$") for n, u in points}
-    panels.against_noise(figure.subplots(), data["size_columns"], words)
+    places = {}
+    for n, u in points:
+        dashes = style.DASHES[sum(size == n for size, _ in places) % len(style.DASHES)]
+        look = {"color": style.colour_of_size(n), "linestyle": dashes}
+        places[n, u] = look | {"label": f"$N = {n}$, $u = {u:g}$"}
+    panels.against_noise(figure.subplots(), data["size_columns"], places)
     return figure
 
 
