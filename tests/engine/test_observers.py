@@ -68,11 +68,14 @@ def test_crossings_of_the_section(method, error):
         np.testing.assert_allclose(section["positions"], between, atol=error)
         np.testing.assert_allclose(section["positions"][:, block - 1], place)
         assert np.abs(section["velocities"] - run.velocities[down + 1]).max() < 0.2
+    bins = [-90.0, -40.0, -20.0, -15.0, 0.0]
     table = scan([chain] * 2, transient=40, section_position=[250.0, 600.0], replicate=[1, 0],
-                 **lengths)  # fmt: skip
+                 section_bins=bins, **lengths)  # fmt: skip
     assert table["section_count"][1] == len(last["section"])
     velocities = table["section_velocity"][1, : len(last["section"])]
     np.testing.assert_allclose(velocities, last["section"]["velocities"][:, -1], rtol=1e-6)
+    counts, _ = np.histogram(last["section"]["velocities"][:, -1], bins)
+    assert table["section_histogram"][1].tolist() == counts.tolist() and counts.any()
 
 
 def test_avalanches_take_their_energy_from_the_springs():

@@ -61,6 +61,7 @@ WRONG = {
     "initial_state": (5, [5], "much"),
     "progress": (5, True, "much"),
     "kind": (5, "", "slip"),
+    "section_bins": (5, "much", [1.0], [0.0, -1.0], [0.0, math.nan], [[0.0, 1.0]]),
     "value": ("1", None, {"a": 1}, True, ["1"], [[1.0], [2.0, 3.0]]),
     "quantity": (5, [], "", "speed"),
     "path": (5, None, "a\0.h5", ["a.h5"]),
