@@ -158,8 +158,8 @@ def test_a_variant_gives_only_what_it_changes():
 
 def test_paper_grids_are_those_of_the_paper():
     paper = make_plan(changed("preset", "paper")).datasets
-    counts = {"n5_map": 100 * 21, "n5_rows": 100 * 5, "size_rows": 6 * 50 * 3}
-    counts |= {"lifetimes": 35 * 1000}
+    counts = {"n5_map": 100 * 21, "n5_rows": 100 * 2, "size_rows": 6 * 50}
+    counts |= {"n5_density": 1000 * 5, "lifetimes": 35 * 1000}
     for name, count in counts.items():
         assert len(paper[name].points) == count
     rows = paper["n5_rows"]

@@ -9,7 +9,6 @@ import samples
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import power_law, sections, spectra, states
 
 RNG = np.random.default_rng
@@ -80,15 +79,12 @@ def test_lines_are_found_between_the_frequencies_of_the_spectrum():
 
 def test_a_velocity_density_by_hand():
     row = {
-        "belt_velocity": np.array([2.0, 1.0, 2.0]),
-        "section_velocity": np.array([[0.5, 1.5], [0.5, np.nan], [1.5, 9.0]]),
+        "belt_velocity": np.array([2.0, 1.0, 2.0, 3.0]),
+        "section_histogram": np.array([[1, 1, 0], [3, 0, 0], [1, 1, 4], [0, 0, 0]], np.uint32),
     }
-    u, v, result = measure.velocity_density(row, bins=4, range=(0.0, 2.0))
-    assert u.tolist() == [1, 2] and v.tolist() == [0.25, 0.75, 1.25, 1.75]
-    assert result[:, 0].tolist() == [0, 2, 0, 0]
-    np.testing.assert_allclose(result[:, 1], [0, 2 / 3, 0, 4 / 3])
-    one = {"belt_velocity": np.array([3.0]), "section_velocity": np.array([[1.0]])}
-    assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [3]
+    u, density = sections.velocity_density(row, np.array([-3.0, -1.0, -0.5, 0.0]))
+    assert u.tolist() == [1, 2, 3] and np.isnan(density[:, 2]).all()
+    np.testing.assert_allclose(density[:, :2], [[0.5, 0.125], [0, 0.5], [0, 1.0]])
 
 
 # --- intermittency --------------------------------------------------------------------------------
@@ -272,21 +268,6 @@ def test_the_correlation_dimension_of_the_henon_attractor_a_curve_and_a_surface(
         sections.correlation_dimension(np.zeros((10, 2)))
     with pytest.raises(NotEnoughDataError, match="few places"):
         sections.correlation_dimension(np.tile([[0.0, 0.0], [1.0, 2.0]], (400, 1)))
-
-
-def test_new_states_are_apart_and_all_others_near_one_of_them(monkeypatch):
-    """The limit is a part of the widest range."""
-    monkeypatch.setattr(sections, "NEAR", 0.05)
-    states = np.random.default_rng(5).random((2600, 2)) * [0.5, 1.0]
-    again = sections.repeated(states)
-    limit = 0.05 * np.ptp(states, axis=0).max()
-    new = []
-    for index, state in enumerate(states):
-        near = any(np.hypot(*(state - states[other])) <= limit for other in new)
-        assert again[index] == near
-        if not near:
-            new.append(index)
-    assert 50 < len(new) < 500 and sections.repeated(np.empty((0, 4))).shape == (0,)
 
 
 def coloured_noise(slope, size, seed=1):

@@ -186,8 +186,13 @@ def catalogue(n_blocks=5, *, count=1200):
         "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
     }
     events = append_fields(events, list(more), list(more.values()), usemask=False)
+    fields = [("point", "i4"), ("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
+    states = np.zeros(900, fields)
+    states["point"] = np.arange(900) % 2
+    states["positions"] = 300 + rng.uniform(0, 90, (900, n_blocks))
+    states["velocities"] = 1.5 - rng.uniform(0, 40, (900, n_blocks))
     chain = {"n_blocks": n_blocks, "belt_velocity": 1.5, "noise": 0.0, "kind": "catalogue"}
-    return Dataset({"slips": slips, "avalanches": events}, HOW | chain)
+    return Dataset({"slips": slips, "avalanches": events, "section": states}, HOW | chain)
 
 
 def section(method="verlet", count=900):
