@@ -45,6 +45,8 @@ SCANS = {
     "n5_columns": ((5, 6), (20.0, 30.0, 40.0), np.arange(0.0, 10.1, 2)),
     "size_density": (SIZES, U, (0.0, 1.0, 5.0)),
     "size_columns": ((5, 7, 10), (18.0, 32.0), np.arange(0.0, 10.1, 2)),
+    "n5_rows": ((4, 5), U, (0.0, 10.0)),
+    "size_rows": (SIZES, U, (0.0,)),
     "n5_rows_check": ((5, 6), U[::2], (0.0,)),
     "n5_replicates": ((4, 5), U[2:11], (0.0, 0.5, 1.0, 2.2, 5.0)),
     "n5_replicates_check": ((5,), U[1:11], (0.0,)),
@@ -109,6 +111,8 @@ def scan(name):
     if name.endswith("density"):
         counts = [histogram(name, *row[:3]) for row in grid]
         arrays |= {"section_histogram": np.array(counts), "section_bins": V_BINS}
+    else:
+        arrays["section_velocity"] = np.array([crossings(name, *row[:3]) for row in grid])
     # replicates are exact, and their check is by the scheme; other scans are the other way round
     exact = name.endswith("_check") != name.startswith("n5_replicates")
     method = "event" if exact else "verlet"
