@@ -378,6 +378,7 @@ def dataset(name):
         "u17": lambda: series(5, 17.5, 2.2, length=8000),
         "u19": lambda: series(5, 19.0, 2.2, length=9000),
         "slips_u1": catalogue,
+        "slips_u1_event": catalogue,
         "section_u1": section,
         "section_u1_event": lambda: section(method="event"),
         "lifetimes": lifetimes,

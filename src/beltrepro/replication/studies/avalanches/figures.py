@@ -69,8 +69,8 @@ def _law(axes, series):
         label = rf"{words}${law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
         panels.power_law(axes, law, label=label, **look)
     axes.set_ylim(bottom=axes.get_ylim()[0] / _ROOM)
-    first, *_ = axes.legend(loc="lower left").get_texts()
-    panels.shows(first, "spectrum-exponent", "exponent")
+    _, ours, _ = axes.legend(loc="lower left").get_texts()
+    panels.shows(ours, "spectrum-exponent", "exponent")
 
 
 # --- Fig. 9: sizes and energies of avalanches -----------------------------------------------------
