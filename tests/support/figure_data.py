@@ -316,7 +316,7 @@ def sweeps(hold):
 
 
 def branching():
-    """The datasets and tables of the study of branches."""
+    """The datasets and tables of the study of the fall."""
     made = {"basins": basins(), "basins_sizes": basins((6, 7))}
     holds = {"sweeps": 1000.0, "sweeps_fast": 200.0, "sweeps_slow": 5000.0}
     made |= {name: sweeps(hold) for name, hold in holds.items()}

@@ -6,7 +6,7 @@ import pytest
 import figure_data
 from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
 from beltrepro.replication.plan.attractors import basin_starts, sweeps
-from beltrepro.replication.studies.branches import measure
+from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from made_up import data, few_resamples, grades, measured  # noqa: F401
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.branches.measure import SMALL, is_small
+from beltrepro.replication.studies.fall.measure import SMALL, is_small
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of
