@@ -5,7 +5,8 @@ import pytest
 
 import figure_data
 from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
-from beltrepro.replication.plan.attractors import basin_starts, sweeps
+from beltrepro.replication.plan import attractors as attracted
+from beltrepro.replication.plan.attractors import basin_starts, births, sweeps
 from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from made_up import data, few_resamples, grades, measured  # noqa: F401
@@ -58,6 +59,35 @@ def test_a_sweep_goes_on_from_the_point_before():
     assert np.all(np.abs(up[3:5] / down[3:5] - 1) > 0.05)  # hysteresis, of two orbits
 
 
+@pytest.fixture(scope="module")
+def born():
+    """Births of an orbit of five slips, with the paper's springs and with linear ones."""
+    chains = [ChainParameters(5, u, linear_limit=limit) for limit, u in ((20, 18), (1e9, 22))]
+    starts = Setup(
+        [one for one in chains for _ in range(3)], replicate=[1, 2, 3] * 2, initial_spread=10
+    )
+    told = {"duration": 20000.0, "slips": [5], "friction_ratios": [0.4, 0.45, 0.5]}
+    return births(starts, **told)["births"]
+
+
+@pytest.mark.thorough
+def test_births_with_the_springs_of_the_paper(born):
+    here = np.sort(born[born["point"] == 0], order="friction_ratio")
+    assert here["friction_ratio"].tolist() == [0.4, 0.45, 0.5]
+    # as followed by an outside program
+    assert here["belt_velocity"] == pytest.approx([18.91, 17.10, 15.36], abs=0.01)
+    assert set(here["end"]) == {"grazing"} and set(here["end_block"]) == {5}
+
+
+@pytest.mark.thorough
+def test_births_of_linear_springs_lie_on_a_straight_line(born):
+    here = born[born["point"] == 3]
+    scaled = here["belt_velocity"] / ((1 - here["friction_ratio"]) * 71.4)
+    assert len(here) == 3 and scaled == pytest.approx(scaled[0], rel=1e-7)
+    # a mode grows there, and no block comes to touch the belt
+    assert set(here["end"]) == {"torus"}
+
+
 def test_shares_of_made_up_starts():
     data = figure_data.branching()
     table = measure.basin_shares(data)
@@ -67,6 +97,24 @@ def test_shares_of_made_up_starts():
     assert at[at["start_energy"] == 0]["share"].item() == 0.75
     assert at[at["start_energy"] == 600]["share"].item() == 0.0
     assert np.all(at["low"] <= at["share"]) and np.all(at["share"] <= at["high"])
+
+
+def test_birth_lines_count_velocities_in_the_unit_of_linear_springs():
+    table = figure_data.dataset("birth_lines")
+    assert len(table) == 12
+    for (linear, slips), line in table.groupby(["linear", "slips"]):
+        assert line["scaled"].to_numpy() == pytest.approx(0.4 + 0.1 * linear - slips / 400)
+
+
+@pytest.mark.parametrize("early", [0, 1])
+def test_the_onset_of_small_r(early):
+    u = np.arange(8.0, 28)
+    small = (u >= 17) & ~((u > 19) & (u % 2 == 0))  # orbits of large r above
+    small[u == 10] = early
+    found = measure.onset(u, small)
+    assert found.value == 16.5 and found.low <= 16 and found.high >= 17
+    # shares that fall are no onset
+    assert measure.onset(u, (u < 15) | (u > 25)).value > 24
 
 
 # --- what explains the fall of r ------------------------------------------------------------------
@@ -132,3 +180,20 @@ def test_when_sweeps_fall(falls, verdict):
     assert grades("fall-by-hold", basins=starts(), **swept)[""] == verdict
     numbers = measured("fall-by-hold", basins=starts(), **swept).numbers
     assert [numbers[name].value for name in ("shortest", "longest")] == [falls[0], falls[-1]]
+
+
+@pytest.mark.parametrize(
+    ("away", "verdict"), [(lambda f: 0.5, YES), (lambda f: 3.0, NO), (lambda f: 40 * (f - 0.5), NO)]
+)
+def test_falls_at_births_over_friction_ratios(away, verdict):
+    ratios = np.round(np.arange(0.4, 0.61, 0.02), 2)
+    line = np.zeros(2, attracted.BIRTH)
+    line["period_events"], line["friction_ratio"] = 5, (0.4, 0.6)
+    line["belt_velocity"], line["end"] = (19.0, 12.0), "grazing"
+    constants = {"linear_limit": np.array([20.0]), "static_friction": np.array([71.4])}
+    f, u = map(np.ravel, np.meshgrid(ratios, np.arange(6.25, 30, 0.5)))
+    place = 19 - 35 * (f - 0.4) + np.vectorize(away)(f)
+    arrays = {"friction_ratio": f, "belt_velocity": u}
+    arrays["disorder_parameter"] = np.where(u > place, 0.02, 0.12)
+    made = {"small_orbits": data(constants | {"births": line}), "friction_map": data(arrays)}
+    assert grades("fall-at-birth", **made)[""] == verdict

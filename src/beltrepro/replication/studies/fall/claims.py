@@ -3,10 +3,11 @@
 import numpy as np
 
 from beltrepro.base.errors import require
+from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.studies.fall.measure import SMALL, is_small
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of
+from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of, sure
 
 FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
 ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
@@ -45,6 +46,27 @@ def fall_by_hold(evidence):
             "shorter less longer": difference(half[0], half[-1]),
             "below the first begin": share_of(np.concatenate(falls) < begin),
         }
+    )
+
+
+@claim("fall-at-birth")
+def fall_at_birth(evidence):
+    """u from which on runs end at small r less the birth of an orbit, over friction ratios."""
+    data = {name: evidence.dataset(name) for name in evidence.claim.needs}
+    births, onsets = measure.birth_lines(data), measure.fall_onsets(data)
+    names = ["friction_ratio", "birth"]
+    line = births[~births["linear"] & (births["slips"] == measure.FIRST)]
+    require(len(line) > 1, f"orbit of {measure.FIRST} slips at {len(line)} friction ratios, not 2")
+    inside = onsets[onsets["friction_ratio"].between(*line["friction_ratio"].iloc[[0, -1]])]
+    require(len(inside) > 1, f"onsets at {len(inside)} friction ratios, not 2")
+    birth = np.interp(inside["friction_ratio"], *line[names].to_numpy().T)
+    away = inside["onset"].to_numpy() - birth
+    return Measurement(
+        {
+            "friction ratios within 1": share_of(np.abs(away) <= 1),
+            "onset less birth": bootstrap(np.median, [away]),
+        },
+        {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)},
     )
 
 

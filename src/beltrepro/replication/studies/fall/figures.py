@@ -1,12 +1,18 @@
 """Not in the paper: the orbits behind the fall of r, and which starts and sweeps reach them."""
 
 import numpy as np
+import pandas as pd
+from matplotlib.colors import LogNorm
+from matplotlib.patheffects import withStroke
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 
 FIGURES = {
     "branches": Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies"),
+    "births": Figure(
+        uses=("friction_map", "birth_lines", "fall_onsets"), category="Further studies"
+    ),
 }
 
 
@@ -97,3 +103,55 @@ def _draw_shares(axes, rows, number, label, shift, face=None):
 def _legend_above(axes, columns):
     place = {"loc": "lower left", "bbox_to_anchor": (0.06, 1.0), "borderaxespad": 0.3}
     panels.legend_above(axes, ncols=columns, columnspacing=0.7, handletextpad=0.1, **place)
+
+
+# --- births in the plane of friction ratio and belt velocity --------------------------------------
+
+_R_SHOWN = 0.01, 0.2  # from r of the smallest orbits to that of slow belts
+
+
+@panels.draws(FIGURES)
+def births(data):
+    """Lines of births over r, and where runs begin to end at small r."""
+    figure = style.page(3.2)
+    axes = figure.subplots()
+    arrays = data["friction_map"].arrays
+    table = pd.DataFrame(
+        {name: arrays[name] for name in ("friction_ratio", "belt_velocity", "disorder_parameter")}
+    )
+    plane = table.pivot_table(
+        index="belt_velocity", columns="friction_ratio", values="disorder_parameter"
+    )
+    look = {"norm": LogNorm(*_R_SHOWN), "rasterized": True}
+    colours = axes.pcolormesh(plane.columns, plane.index, plane, **look)
+    bar = figure.colorbar(colours, ax=axes, label=panels.DISORDER, pad=0.02)
+    panels.plain_log(bar.ax.yaxis)
+    limits = axes.get_xlim(), axes.get_ylim()
+    halo = [withStroke(linewidth=2.2, foreground="white")]
+    for (linear, slips), line in data["birth_lines"].groupby(["linear", "slips"]):
+        place = line["friction_ratio"], line["birth"]
+        dashes = "--" if linear else "-"
+        axes.plot(
+            *place,
+            dashes,
+            marker="" if len(line) > 1 else "_",
+            color="black",
+            linewidth=1.0,
+            path_effects=halo,
+        )
+        end = line.iloc[-1]
+        axes.annotate(
+            f"{slips}",
+            (end["friction_ratio"], end["birth"]),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            path_effects=halo,
+        )
+    onsets = data["fall_onsets"]
+    numbers = (onsets[name] for name in ("onset", "low", "high"))
+    panels.intervals(
+        axes, onsets["friction_ratio"], *numbers, fmt="o", color=style.VERMILION, markersize=2
+    )
+    axes.set(xlabel="$f_s$", ylabel=panels.BELT_VELOCITY, xlim=limits[0], ylim=limits[1])
+    return figure
