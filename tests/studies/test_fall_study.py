@@ -9,6 +9,7 @@ from beltrepro.replication.plan import attractors as attracted
 from beltrepro.replication.plan.attractors import basin_starts, births, sweeps
 from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
+from beltrepro.stats.estimates import share
 from made_up import data, few_resamples, grades, measured  # noqa: F401
 
 ELSEWHERE = {"duration": 4000.0, "transient": 2000.0}
@@ -99,6 +100,26 @@ def test_shares_of_made_up_starts():
     assert np.all(at["low"] <= at["share"]) and np.all(at["share"] <= at["high"])
 
 
+def test_shares_of_ends_over_ranges_of_the_belt_velocity():
+    table = figure_data.dataset("fall_shares")
+    shares = table.pivot_table(index="begin", columns="end", values="share")
+    assert table["begin"].unique().tolist() == np.arange(14, 22, 0.5).tolist()
+    assert (table["runs"] == 5 * 8).all()
+    assert shares["small r"].tolist() == pytest.approx([0] * 6 + [0.4] + [0.5] * 9)
+    of_small = shares[["5", "11", "23", "other of small r"]]
+    assert of_small.loc[18:].to_numpy() == pytest.approx(1 / 8)
+    assert shares["33"].loc[18:].to_numpy() == pytest.approx(1 / 8)
+    assert shares.drop(columns="small r").sum(axis=1).to_numpy() == pytest.approx(1)
+
+
+def test_a_share_over_velocities_knows_how_these_scatter():
+    u = np.repeat(np.arange(10.0), 20)
+    mixed, apart = np.tile([0, 1], 100), (u % 2).astype(int)
+    close, wide = measure.share_over(u, mixed), measure.share_over(u, apart)
+    assert close.value == wide.value == 0.5 and close.high < 0.58 < 0.8 < wide.high < 0.9
+    assert measure.share_over(u, 0 * apart).high == pytest.approx(share(0, 200).high)
+
+
 def test_birth_lines_count_velocities_in_the_unit_of_linear_springs():
     table = figure_data.dataset("birth_lines")
     assert len(table) == 12
@@ -106,15 +127,13 @@ def test_birth_lines_count_velocities_in_the_unit_of_linear_springs():
         assert line["scaled"].to_numpy() == pytest.approx(0.4 + 0.1 * linear - slips / 400)
 
 
-@pytest.mark.parametrize("early", [0, 1])
-def test_the_onset_of_small_r(early):
-    u = np.arange(8.0, 28)
-    small = (u >= 17) & ~((u > 19) & (u % 2 == 0))  # orbits of large r above
-    small[u == 10] = early
+def test_the_onset_of_small_r():
+    u = np.arange(8.0, 28, 0.125)
+    small = (u >= 17.25) & ~((u > 19) & (u < 22))  # and orbits of large r above
+    small[np.isin(u, [10, 12.5])] = True
     found = measure.onset(u, small)
-    assert found.value == 16.5 and found.low <= 16 and found.high >= 17
-    # shares that fall are no onset
-    assert measure.onset(u, (u < 15) | (u > 25)).value > 24
+    assert found.value == 17.5 and found.low < 17.1 and 18 < found.high < 19.1
+    assert np.isnan(measure.onset(u, u < 0).value)
 
 
 # --- what explains the fall of r ------------------------------------------------------------------
@@ -183,7 +202,7 @@ def test_when_sweeps_fall(falls, verdict):
 
 
 @pytest.mark.parametrize(
-    ("away", "verdict"), [(lambda f: 0.5, YES), (lambda f: 3.0, NO), (lambda f: 40 * (f - 0.5), NO)]
+    ("away", "verdict"), [(lambda f: 0.2, YES), (lambda f: 3.0, NO), (lambda f: 40 * (f - 0.5), NO)]
 )
 def test_falls_at_births_over_friction_ratios(away, verdict):
     ratios = np.round(np.arange(0.4, 0.61, 0.02), 2)
@@ -197,3 +216,22 @@ def test_falls_at_births_over_friction_ratios(away, verdict):
     arrays["disorder_parameter"] = np.where(u > place, 0.02, 0.12)
     made = {"small_orbits": data(constants | {"births": line}), "friction_map": data(arrays)}
     assert grades("fall-at-birth", **made)[""] == verdict
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "slips", "verdict"),
+    [
+        *((0, 0.6, 900, YES), (0, 1, 900, IN_PART), (0.2, 0.6, 900, IN_PART)),
+        *((0, 0.6, 33, IN_PART), (0.2, 0.1, 33, NO)),
+    ],
+)
+def test_which_orbits_exact_runs_meet(below, above, slips, verdict):
+    u = np.round(np.repeat(np.arange(14, 22, 0.05), 10), 2)
+    small = np.tile(np.arange(10) / 10, u.size // 10) < np.where(u < 17.2, below, above)
+    arrays = {"belt_velocity": u, "period_events": np.where(small, 5, slips)}
+    arrays["disorder_parameter"] = np.where(small, 0.015, 0.12)
+    runs = data(arrays | {"state": np.full(u.size, "periodic")})
+    assert grades("orbits-met", fall_orbits=runs)[""] == verdict
+    numbers = measured("orbits-met", fall_orbits=runs).numbers
+    assert numbers["5, 19.5 to 21.5"].value == pytest.approx(above)
+    assert numbers[f"{'33' if slips == 33 else 'more than 100'}, 14 to 17"].value == 1 - below

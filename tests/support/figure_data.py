@@ -334,13 +334,25 @@ def friction_map():
     return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
 
 
+def fall_orbits():
+    """Below 17 no run ends at small r, above every second, on one orbit after the other."""
+    u, run = map(np.ravel, np.meshgrid(np.arange(14.0, 22, 0.1), range(8)))
+    small = (u > 17.05) & (run % 2 == 0)
+    small_orbits, others = np.array([5, 11, 23, 48]), np.array([33, 60, 900, 0])
+    slips = np.where(small, small_orbits[run // 2], others[run // 2])
+    arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "period_events": slips}
+    arrays["state"] = np.where(slips, "periodic", "irregular")
+    return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
+
+
 def branching():
     """The datasets and tables of the study of the fall."""
     made = {"basins": basins(), "basins_sizes": basins((6, 7))}
     made |= {"small_orbits": small_orbits(), "friction_map": friction_map()}
+    made["fall_orbits"] = fall_orbits()
     holds = {"sweeps": 1000.0, "sweeps_fast": 200.0, "sweeps_slow": 5000.0}
     made |= {name: sweeps(hold) for name, hold in holds.items()}
-    tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets"
+    tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets", "fall_shares"
     return made | {name: table(name, made) for name in tables}
 
 
@@ -401,7 +413,7 @@ def dataset(name):
         "belt_": recordings, "trials": trials,
         "basin": branching, "sweep": branching,
         "small_orbits": branching, "birth_lines": branching,
-        "friction_map": branching, "fall_onsets": branching,
+        "friction_map": branching, "fall_": branching,
         "experiment_odds": trials, "alternation": trials,
         "agreement": pairs, "pairs": pairs,
     }  # fmt: skip
