@@ -22,6 +22,8 @@ OTHER = {  # than those of `planned`, and sensible
     "samples": ["velocities"],
     "noise_clock": "laboratory",
     "energies": [5.0, 2.0],
+    "slips": [4],
+    "friction_ratios": [0.7],
     "section_block": 1,
     "section_position": 61.5,
 }

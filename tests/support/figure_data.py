@@ -335,12 +335,45 @@ def sweeps(hold):
     return Dataset(arrays, HOW | {"kind": "sweep", "duration": hold})
 
 
+def small_orbits():
+    """Births on straight lines with linear springs, and lower with others."""
+    events, linear, ratio = map(np.ravel, np.meshgrid([5, 23], [0, 1], [0.3, 0.5, 0.7]))
+    births = np.zeros(ratio.size, attracted.BIRTH)
+    births["point"], births["period_events"], births["friction_ratio"] = linear, events, ratio
+    births["belt_velocity"] = (0.4 + 0.1 * linear - events / 400) * (1 - ratio) * 71.4
+    births["disorder_parameter"], births["end"] = 0.01, "grazing"
+    arrays = {"linear_limit": np.array([20.0, 1e9]), "static_friction": np.full(2, 71.4)}
+    return Dataset(arrays | {"births": births}, HOW | {"kind": "births"})
+
+
+def friction_map():
+    """r falls at 0.5 u*, where at u = 18 of the smallest ratio one run is early."""
+    ratio, u = map(np.ravel, np.meshgrid([0.3, 0.4, 0.5, 0.6, 0.7], np.arange(5.0, 31, 0.5)))
+    small = (u > 0.5 * (1 - ratio) * 71.4) | ((ratio == 0.3) & (u == 18))
+    arrays = {"n_blocks": np.full(u.size, 5), "friction_ratio": ratio, "belt_velocity": u}
+    return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
+
+
+def fall_orbits():
+    """Below 17 no run ends at small r, above every second, on one orbit after the other."""
+    u, run = map(np.ravel, np.meshgrid(np.arange(14.0, 22, 0.1), range(8)))
+    small = (u > 17.05) & (run % 2 == 0)
+    small_orbits, others = np.array([5, 11, 23, 48]), np.array([33, 60, 900, 0])
+    slips = np.where(small, small_orbits[run // 2], others[run // 2])
+    arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "period_events": slips}
+    arrays["state"] = np.where(slips, "periodic", "irregular")
+    return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
+
+
 def branching():
-    """The datasets and tables of the study of branches."""
+    """The datasets and tables of the study of the fall."""
     made = {"basins": basins(), "basins_sizes": basins((6, 7))}
+    made |= {"small_orbits": small_orbits(), "friction_map": friction_map()}
+    made["fall_orbits"] = fall_orbits()
     holds = {"sweeps": 1000.0, "sweeps_fast": 200.0, "sweeps_slow": 5000.0}
     made |= {name: sweeps(hold) for name, hold in holds.items()}
-    return made | {name: table(name, made) for name in ("basin_shares", "sweep_falls")}
+    tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets", "fall_shares"
+    return made | {name: table(name, made) for name in tables}
 
 
 # --- all of them ----------------------------------------------------------------------------------
@@ -402,6 +435,8 @@ def dataset(name):
     groups = {
         "belt_": recordings, "trials": trials,
         "basin": branching, "sweep": branching,
+        "small_orbits": branching, "birth_lines": branching,
+        "friction_map": branching, "fall_": branching,
         "experiment_odds": trials, "alternation": trials,
         "agreement": pairs, "pairs": pairs,
     }  # fmt: skip

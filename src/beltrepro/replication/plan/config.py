@@ -242,6 +242,8 @@ class Settings(Keys):
     noise_clock: Literal["rest", "laboratory"] = "rest"
     closed: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
     energies: Several[Annotated[Number, Field(ge=1e-3, le=1e4)]] = [60.0, 200.0, 600.0]
+    slips: Several[Annotated[Whole, Field(ge=1, le=200)]] = [5, 11, 22, 23]
+    friction_ratios: Several[Ratio] = [0.4, 0.45, 0.5, 0.55, 0.6]
 
 
 class Defaults(Axes, Settings):

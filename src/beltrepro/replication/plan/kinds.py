@@ -195,6 +195,7 @@ _RECORDED = (
      "duration transient sample_interval laminar_time"),
     ("basins", "replication.plan.attractors:basin_starts", "duration energies"),
     ("sweep", "replication.plan.attractors:sweeps", "duration transient"),
+    ("births", "replication.plan.attractors:births", "duration slips friction_ratios"),
 )  # fmt: skip
 KINDS = {
     name: Kind(name, f"{PACKAGE}.{record}", tuple(told.split()), name in ("motion", "basins"))

@@ -30,7 +30,7 @@ SECTIONS = {
     "system_size": "sizes",
     "noise_and_size": "sizes",
     "integrators": "integrators",
-    "branches": "branches",
+    "fall": "fall",
 }
 REGISTRY: dict[str, dict[str, Callable]] = {}  # by claim and reading
 # PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.

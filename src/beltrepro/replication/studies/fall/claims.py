@@ -3,13 +3,15 @@
 import numpy as np
 
 from beltrepro.base.errors import require
-from beltrepro.replication.studies.branches.measure import SMALL, is_small
+from beltrepro.replication.studies.fall import measure
+from beltrepro.replication.studies.fall.measure import SMALL, is_small
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of
+from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of, sure
 
 FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
 ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
+MET_RANGES = ((14, 17), (17.5, 19.5), (19.5, 21.5))  # of u: below, at and above the fall
 SWEEPS = ("sweeps_fast", "sweeps", "sweeps_slow")  # the longer, the longer each u is held
 _FEW = 0.1  # share of runs that an orbit must take to be one that irregular motion finds
 
@@ -32,6 +34,23 @@ def orbits_of_small_r(evidence):
     )
 
 
+@claim("orbits-met")
+def orbits_met(evidence):
+    """Shares at small r below and above the fall, and on what orbits runs end."""
+    arrays = evidence.dataset("fall_orbits").arrays
+    velocity, where, small = arrays["belt_velocity"], measure.ends(arrays), _small(arrays)
+    short = where["33"] | where[f"other up to {measure.LONG}"]
+    shares, further = {}, {}
+    for low, high in MET_RANGES:
+        here, words = (velocity >= low) & (velocity < high), f"{low:g} to {high:g}"
+        require(here.any(), f"no run at u = {words}")
+        for name, runs in (("small r", small), ("short orbits of large r", short)):
+            shares[f"{name}, {words}"] = measure.share_over(velocity[here], runs[here])
+        for end, runs in where.items():
+            further[f"{end}, {words}"] = measure.share_over(velocity[here], runs[here])
+    return Measurement(shares, further)
+
+
 @claim("fall-by-hold")
 def fall_by_hold(evidence):
     """First u at small r of upward sweeps, by the time for which each u is held."""
@@ -45,6 +64,28 @@ def fall_by_hold(evidence):
             "shorter less longer": difference(half[0], half[-1]),
             "below the first begin": share_of(np.concatenate(falls) < begin),
         }
+    )
+
+
+@claim("fall-at-birth")
+def fall_at_birth(evidence):
+    """u at which runs begin to end at small r less the birth of an orbit, over friction ratios."""
+    data = {name: evidence.dataset(name) for name in evidence.claim.needs}
+    births, onsets = measure.birth_lines(data), measure.fall_onsets(data)
+    names = ["friction_ratio", "birth"]
+    line = births[~births["linear"] & (births["slips"] == measure.FIRST)]
+    require(len(line) > 1, f"orbit of {measure.FIRST} slips at {len(line)} friction ratios, not 2")
+    onsets = onsets[onsets["onset"].notna()]
+    inside = onsets[onsets["friction_ratio"].between(*line["friction_ratio"].iloc[[0, -1]])]
+    require(len(inside) > 1, f"onsets at {len(inside)} friction ratios, not 2")
+    birth = np.interp(inside["friction_ratio"], *line[names].to_numpy().T)
+    away = inside["onset"].to_numpy() - birth
+    return Measurement(
+        {
+            "friction ratios within 1": share_of(np.abs(away) <= 1),
+            "onset less birth": bootstrap(np.median, [away]),
+        },
+        {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)},
     )
 
 

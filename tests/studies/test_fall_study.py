@@ -5,9 +5,11 @@ import pytest
 
 import figure_data
 from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
-from beltrepro.replication.plan.attractors import basin_starts, sweeps
-from beltrepro.replication.studies.branches import measure
+from beltrepro.replication.plan import attractors as attracted
+from beltrepro.replication.plan.attractors import basin_starts, births, sweeps
+from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
+from beltrepro.stats.estimates import share
 from made_up import data, few_resamples, grades, measured  # noqa: F401
 
 ELSEWHERE = {"duration": 4000.0, "transient": 2000.0}
@@ -58,6 +60,35 @@ def test_a_sweep_goes_on_from_the_point_before():
     assert np.all(np.abs(up[3:5] / down[3:5] - 1) > 0.05)  # hysteresis, of two orbits
 
 
+@pytest.fixture(scope="module")
+def born():
+    """Births of an orbit of five slips, with the paper's springs and with linear ones."""
+    chains = [ChainParameters(5, u, linear_limit=limit) for limit, u in ((20, 18), (1e9, 22))]
+    starts = Setup(
+        [one for one in chains for _ in range(3)], replicate=[1, 2, 3] * 2, initial_spread=10
+    )
+    told = {"duration": 20000.0, "slips": [5], "friction_ratios": [0.4, 0.45, 0.5]}
+    return births(starts, **told)["births"]
+
+
+@pytest.mark.thorough
+def test_births_with_the_springs_of_the_paper(born):
+    here = np.sort(born[born["point"] == 0], order="friction_ratio")
+    assert here["friction_ratio"].tolist() == [0.4, 0.45, 0.5]
+    # as followed by an outside program
+    assert here["belt_velocity"] == pytest.approx([18.91, 17.10, 15.36], abs=0.01)
+    assert set(here["end"]) == {"grazing"} and set(here["end_block"]) == {5}
+
+
+@pytest.mark.thorough
+def test_births_of_linear_springs_lie_on_a_straight_line(born):
+    here = born[born["point"] == 3]
+    scaled = here["belt_velocity"] / ((1 - here["friction_ratio"]) * 71.4)
+    assert len(here) == 3 and scaled == pytest.approx(scaled[0], rel=1e-7)
+    # a mode grows there, and no block comes to touch the belt
+    assert set(here["end"]) == {"torus"}
+
+
 def test_shares_of_made_up_starts():
     data = figure_data.branching()
     table = measure.basin_shares(data)
@@ -67,6 +98,42 @@ def test_shares_of_made_up_starts():
     assert at[at["start_energy"] == 0]["share"].item() == 0.75
     assert at[at["start_energy"] == 600]["share"].item() == 0.0
     assert np.all(at["low"] <= at["share"]) and np.all(at["share"] <= at["high"])
+
+
+def test_shares_of_ends_over_ranges_of_the_belt_velocity():
+    table = figure_data.dataset("fall_shares")
+    shares = table.pivot_table(index="begin", columns="end", values="share")
+    assert table["begin"].unique().tolist() == np.arange(14, 22, 0.5).tolist()
+    assert (table["runs"] == 5 * 8).all()
+    assert shares["small r"].tolist() == pytest.approx([0] * 6 + [0.4] + [0.5] * 9)
+    of_small = shares[["5", "11", "23", "other of small r"]]
+    assert of_small.loc[18:].to_numpy() == pytest.approx(1 / 8)
+    assert shares["33"].loc[18:].to_numpy() == pytest.approx(1 / 8)
+    assert shares.drop(columns="small r").sum(axis=1).to_numpy() == pytest.approx(1)
+
+
+def test_a_share_over_velocities_knows_how_these_scatter():
+    u = np.repeat(np.arange(10.0), 20)
+    mixed, apart = np.tile([0, 1], 100), (u % 2).astype(int)
+    close, wide = measure.share_over(u, mixed), measure.share_over(u, apart)
+    assert close.value == wide.value == 0.5 and close.high < 0.58 < 0.8 < wide.high < 0.9
+    assert measure.share_over(u, 0 * apart).high == pytest.approx(share(0, 200).high)
+
+
+def test_birth_lines_count_velocities_in_the_unit_of_linear_springs():
+    table = figure_data.dataset("birth_lines")
+    assert len(table) == 12
+    for (linear, slips), line in table.groupby(["linear", "slips"]):
+        assert line["scaled"].to_numpy() == pytest.approx(0.4 + 0.1 * linear - slips / 400)
+
+
+def test_the_onset_of_small_r():
+    u = np.arange(8.0, 28, 0.125)
+    small = (u >= 17.25) & ~((u > 19) & (u < 22))  # and orbits of large r above
+    small[np.isin(u, [10, 12.5])] = True
+    found = measure.onset(u, small)
+    assert found.value == 17.5 and found.low < 17.1 and 18 < found.high < 19.1
+    assert np.isnan(measure.onset(u, u < 0).value)
 
 
 # --- what explains the fall of r ------------------------------------------------------------------
@@ -132,3 +199,39 @@ def test_when_sweeps_fall(falls, verdict):
     assert grades("fall-by-hold", basins=starts(), **swept)[""] == verdict
     numbers = measured("fall-by-hold", basins=starts(), **swept).numbers
     assert [numbers[name].value for name in ("shortest", "longest")] == [falls[0], falls[-1]]
+
+
+@pytest.mark.parametrize(
+    ("away", "verdict"), [(lambda f: 0.2, YES), (lambda f: 3.0, NO), (lambda f: 40 * (f - 0.5), NO)]
+)
+def test_falls_at_births_over_friction_ratios(away, verdict):
+    ratios = np.round(np.arange(0.4, 0.61, 0.02), 2)
+    line = np.zeros(2, attracted.BIRTH)
+    line["period_events"], line["friction_ratio"] = 5, (0.4, 0.6)
+    line["belt_velocity"], line["end"] = (19.0, 12.0), "grazing"
+    constants = {"linear_limit": np.array([20.0]), "static_friction": np.array([71.4])}
+    f, u = map(np.ravel, np.meshgrid(ratios, np.arange(6.25, 30, 0.5)))
+    place = 19 - 35 * (f - 0.4) + np.vectorize(away)(f)
+    arrays = {"friction_ratio": f, "belt_velocity": u}
+    arrays["disorder_parameter"] = np.where(u > place, 0.02, 0.12)
+    made = {"small_orbits": data(constants | {"births": line}), "friction_map": data(arrays)}
+    assert grades("fall-at-birth", **made)[""] == verdict
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "slips", "verdict"),
+    [
+        *((0, 0.6, 900, YES), (0, 1, 900, IN_PART), (0.2, 0.6, 900, IN_PART)),
+        *((0, 0.6, 33, IN_PART), (0.2, 0.1, 33, NO)),
+    ],
+)
+def test_which_orbits_exact_runs_meet(below, above, slips, verdict):
+    u = np.round(np.repeat(np.arange(14, 22, 0.05), 10), 2)
+    small = np.tile(np.arange(10) / 10, u.size // 10) < np.where(u < 17.2, below, above)
+    arrays = {"belt_velocity": u, "period_events": np.where(small, 5, slips)}
+    arrays["disorder_parameter"] = np.where(small, 0.015, 0.12)
+    runs = data(arrays | {"state": np.full(u.size, "periodic")})
+    assert grades("orbits-met", fall_orbits=runs)[""] == verdict
+    numbers = measured("orbits-met", fall_orbits=runs).numbers
+    assert numbers["5, 19.5 to 21.5"].value == pytest.approx(above)
+    assert numbers[f"{'33' if slips == 33 else 'more than 100'}, 14 to 17"].value == 1 - below

@@ -1,12 +1,22 @@
 """Not in the paper: the orbits behind the fall of r, and which starts and sweeps reach them."""
 
 import numpy as np
+import pandas as pd
+from matplotlib.colors import LogNorm
+from matplotlib.patheffects import withStroke
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.studies.fall import measure
 
 FIGURES = {
     "branches": Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies"),
+    "births": Figure(
+        uses=("friction_map", "birth_lines", "fall_onsets"), category="Further studies"
+    ),
+    "orbits_met": Figure(
+        uses=("fall_orbits", "fall_shares", "birth_lines"), category="Further studies"
+    ),
 }
 
 
@@ -97,3 +107,82 @@ def _draw_shares(axes, rows, number, label, shift, face=None):
 def _legend_above(axes, columns):
     place = {"loc": "lower left", "bbox_to_anchor": (0.06, 1.0), "borderaxespad": 0.3}
     panels.legend_above(axes, ncols=columns, columnspacing=0.7, handletextpad=0.1, **place)
+
+
+# --- births in the plane of friction ratio and belt velocity --------------------------------------
+
+_R_SHOWN = 0.01, 0.2  # from r of the smallest orbits to that of slow belts
+
+
+@panels.draws(FIGURES)
+def births(data):
+    """Lines of births over r, and where runs begin to end at small r."""
+    figure = style.page(3.2)
+    axes = figure.subplots()
+    arrays = data["friction_map"].arrays
+    table = pd.DataFrame(
+        {name: arrays[name] for name in ("friction_ratio", "belt_velocity", "disorder_parameter")}
+    )
+    plane = table.pivot_table(
+        index="belt_velocity", columns="friction_ratio", values="disorder_parameter"
+    )
+    look = {"norm": LogNorm(*_R_SHOWN), "rasterized": True}
+    colours = axes.pcolormesh(plane.columns, plane.index, plane, **look)
+    bar = figure.colorbar(colours, ax=axes, label=panels.DISORDER, pad=0.02, extend="min")
+    panels.plain_log(bar.ax.yaxis)
+    limits = axes.get_xlim(), axes.get_ylim()
+    halo = [withStroke(linewidth=2.2, foreground="white")]
+    beside = {"textcoords": "offset points", "va": "center", "path_effects": halo}
+    for (linear, slips), line in data["birth_lines"].groupby(["linear", "slips"]):
+        dashes = "--" if linear else "-"
+        marker = "" if len(line) > 1 else "_"
+        look = {"marker": marker, "color": style.BLACK, "linewidth": 1.0, "path_effects": halo}
+        axes.plot(line["friction_ratio"], line["birth"], dashes, **look)
+        end = line.iloc[-1]
+        axes.annotate(f"{slips}", (end["friction_ratio"], end["birth"]), xytext=(3, 0), **beside)
+    onsets = data["fall_onsets"]
+    numbers = (onsets[name] for name in ("onset", "low", "high"))
+    look = {"fmt": "o", "color": style.VERMILION, "markersize": 2}
+    panels.intervals(axes, onsets["friction_ratio"], *numbers, **look)
+    axes.set(xlabel="$f_s$", ylabel=panels.BELT_VELOCITY, xlim=limits[0], ylim=limits[1])
+    return figure
+
+
+# --- on which orbits runs end ---------------------------------------------------------------------
+
+_END_COLOURS = (style.BLUE, "#2f97d3", style.GREEN, "#9fd8c5", style.VERMILION, style.ORANGE)
+_END_COLOURS += ("#f3d6ae", "0.85")
+
+
+@panels.draws(FIGURES)
+def orbits_met(data):
+    """Stacked shares of ends at each u, and shares at small r over ranges of u."""
+    figure = style.page(2.6)
+    axes = figure.subplots()
+    arrays = data["fall_orbits"].arrays
+    velocity = arrays["belt_velocity"]
+    places = np.unique(velocity)
+    width = np.diff(places).min(initial=measure.RANGE)
+    below = np.zeros(places.size)
+    for (end, runs), colour in zip(measure.ends(arrays).items(), _END_COLOURS, strict=True):
+        share = np.array([runs[velocity == u].mean() for u in places])
+        look = {"color": colour, "linewidth": 0, "label": end}
+        axes.bar(places, share, width, below, **look)
+        below = below + share
+    small = data["fall_shares"][data["fall_shares"]["end"] == "small r"]
+    numbers = (small[name] for name in ("share", "low", "high"))
+    halo = [withStroke(linewidth=1.6, foreground="white")]
+    look = {"fmt": "o", "color": style.BLACK, "markersize": 2, "elinewidth": 0.8}
+    panels.intervals(axes, small["begin"] + measure.RANGE / 2, *numbers, **look, path_effects=halo)
+    lines = data["birth_lines"]
+    at_paper = np.isclose(lines["friction_ratio"], measure.PAPER_RATIO) & ~lines["linear"]
+    for slips, side in ((5, "right"), (11, "left")):
+        for birth in lines["birth"][at_paper & (lines["slips"] == slips)]:
+            axes.axvline(birth, color=style.BLACK, linewidth=0.8, linestyle=":")
+            axes.text(birth, 0.93, f" {slips} ", ha=side, path_effects=halo)
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share of runs", ylim=(-0.015, 1.015))
+    axes.set_xlim(places[0] - width / 2, places[-1] + width / 2)
+    title = "slips in the period (left: small $r$, right: large $r$)"
+    look = {"columnspacing": 0.8, "handlelength": 1.0, "title": title}
+    figure.legend(loc="outside upper center", ncols=4, **look)
+    return figure

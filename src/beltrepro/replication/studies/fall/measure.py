@@ -1,0 +1,147 @@
+"""Which starts end at small r and on which orbits, where orbits begin, what sweeps show."""
+
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+import pandas as pd
+
+from beltrepro.replication.plan.registry import Table
+from beltrepro.replication.verdicts.evidence import by_point
+from beltrepro.stats.estimates import Estimate, bootstrap, mean, share_of
+
+TABLES = {
+    "basin_shares": Table(uses=("basins", "basins_sizes")),
+    "sweep_falls": Table(uses=("sweeps", "sweeps_fast", "sweeps_slow")),
+    "birth_lines": Table(uses=("small_orbits",)),
+    "fall_onsets": Table(uses=("friction_map",)),
+    "fall_shares": Table(uses=("fall_orbits",)),
+}
+PAPER_RATIO = 0.45
+SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, from 0.07
+
+
+def basin_shares(data) -> pd.DataFrame:
+    """A row for each N, u and energy of the starts."""
+    rows = []
+    for name in TABLES["basin_shares"].uses:
+        arrays = data[name].arrays
+        for place, runs in by_point(arrays, "n_blocks", "belt_velocity"):
+            for start, energy in enumerate(arrays["start_energy"]):
+                state = arrays["state"][runs, start].astype(str)
+                small = share_of(is_small(arrays["disorder_parameter"][runs, start], state))
+                row = place | {"start_energy": energy, "runs": small.runs}
+                rows.append(row | small.named("share", "low", "high"))
+    return pd.DataFrame(rows)
+
+
+def is_small(disorder, state) -> np.ndarray:
+    """Which runs end at small r; slip without any stick keeps the r that it began with."""
+    return (disorder < SMALL) | (state == "equilibrium slip")
+
+
+def sweep_falls(data) -> pd.DataFrame:
+    """A row for each hold, noise, way and u."""
+    rows = []
+    for name in TABLES["sweep_falls"].uses:
+        arrays, hold = data[name].arrays, data[name].attributes["duration"]
+        for place, runs in by_point(arrays, "noise", "belt_velocity"):
+            for number, way in enumerate(("up", "down")):
+                small = share_of(arrays["disorder_parameter"][runs, number] < SMALL)
+                row = {"hold": hold, **place, "way": way, "runs": small.runs}
+                rows.append(row | small.named("share", "low", "high"))
+    return pd.DataFrame(rows)
+
+
+# --- on which orbits runs end ---------------------------------------------------------------------
+
+RANGE = 0.5  # of u, over which shares are means: within 0.1 they change from 0 to 1
+MET = (5, 11, 23)  # slips of the orbits of small r that most runs end on
+LONG = 100  # slips: longer orbits are of large r, each over little of u
+
+
+def ends(arrays) -> dict[str, np.ndarray]:
+    """Which runs end where, by words for it; those of small r first."""
+    slips, small = arrays["period_events"], small_ends(arrays)
+    where = {f"{count}": small & (slips == count) for count in MET}
+    where["other of small r"] = small & ~np.isin(slips, MET)
+    where["33"] = ~small & (slips == 33)
+    where[f"other up to {LONG}"] = ~small & (slips > 0) & (slips <= LONG) & (slips != 33)
+    where[f"more than {LONG}"] = ~small & (slips > LONG)
+    return where | {"irregular": ~small & (slips == 0)}
+
+
+def small_ends(arrays) -> np.ndarray:
+    """Which runs end at small r."""
+    return is_small(arrays["disorder_parameter"], arrays["state"].astype(str))
+
+
+def fall_shares(data) -> pd.DataFrame:
+    """A row for each range of u and end."""
+    arrays, rows = data["fall_orbits"].arrays, []
+    velocity, where = arrays["belt_velocity"], {"small r": small_ends(arrays)} | ends(arrays)
+    number = np.floor(velocity / RANGE + 1e-9)
+    for place in np.unique(number):
+        here = number == place
+        for end, runs in where.items():
+            found = share_over(velocity[here], runs[here])
+            row = {"begin": place * RANGE, "end": end, "runs": found.runs}
+            rows.append(row | found.named("share", "low", "high"))
+    return pd.DataFrame(rows)
+
+
+def share_over(velocity: np.ndarray, having: np.ndarray) -> Estimate:
+    """Share of runs over a range of u, of equally many at each.
+
+    Its interval covers that of so many runs, and that of the mean of so many velocities.
+    """
+    runs = share_of(having)
+    places = np.unique(velocity)
+    if places.size < 2:
+        return runs
+    between = mean([having[velocity == u].mean() for u in places])
+    low, high = max(0.0, min(runs.low, between.low)), min(1.0, max(runs.high, between.high))
+    return replace(runs, low=low, high=high)
+
+
+# --- the plane of friction ratio and belt velocity ------------------------------------------------
+
+FIRST = 5  # slips of the orbit whose birth is compared with the fall
+_LINEAR = 1e3  # limit of linear springs: from here on no spring gets there
+
+
+def birth_lines(data) -> pd.DataFrame:
+    """A row for each kind of springs, orbit and friction ratio."""
+    arrays = data["small_orbits"].arrays
+    births = np.sort(arrays["births"], order=["point", "period_events", "friction_ratio"])
+    births = births[births["end"] != "edge"]
+    limit, static = (arrays[name][births["point"]] for name in ("linear_limit", "static_friction"))
+    ratio, u = births["friction_ratio"], births["belt_velocity"]
+    table = {"linear": limit >= _LINEAR, "slips": births["period_events"], "friction_ratio": ratio}
+    table |= {"birth": u, "scaled": u / ((1 - ratio) * static)}
+    names = "disorder_parameter", "largest_multiplier", "end", "end_block"
+    return pd.DataFrame(table | {name: births[name] for name in names})
+
+
+def fall_onsets(data) -> pd.DataFrame:
+    """A row for each friction ratio."""
+    arrays, rows = data["friction_map"].arrays, []
+    for place, runs in by_point(arrays, "friction_ratio"):
+        # without a stiffening of the springs r scales with what f_s leaves of the friction
+        limit = SMALL * (1 - place["friction_ratio"]) / (1 - PAPER_RATIO)
+        small = arrays["disorder_parameter"][runs] < limit
+        found = onset(arrays["belt_velocity"][runs], small)
+        rows.append(place | {"runs": found.runs} | found.named("onset", "low", "high"))
+    return pd.DataFrame(rows)
+
+
+def onset(velocity: np.ndarray, small: np.ndarray) -> Estimate:
+    """Middle of the first range of u, 1 wide, in which half of the runs or more are small."""
+    number = np.floor(velocity)
+    places = np.unique(number) + 0.5
+
+    def first(*groups):
+        return next((u for u, runs in zip(places, groups, strict=True) if runs.mean() >= 0.5), nan)
+
+    groups = [small[number == place] for place in np.unique(number)]
+    return replace(bootstrap(first, groups, grid_spacing=1.0), runs=small.size)
