@@ -171,7 +171,7 @@ def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
         np.testing.assert_allclose(coarse.points.T[2:], drawn.ends(coarse.y, error / 2), atol=1e-12)
         law = panel.curve("here: ")
         exponent = np.diff(np.log(law.y)) / np.diff(np.log(law.x))
-        assert f"{exponent[0]:.2f}".replace("-", "\N{MINUS SIGN}") in law.label
+        assert f"${exponent[0]:.2f}$" in law.label
         # dashed, of the printed slope, through the middle of the law
         paper = panel.curve(f"paper: {printed:g}".replace("-", "\N{MINUS SIGN}"))
         np.testing.assert_allclose(paper.x, law.x)
