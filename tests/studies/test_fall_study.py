@@ -112,6 +112,16 @@ def test_shares_of_ends_over_ranges_of_the_belt_velocity():
     assert shares.drop(columns="small r").sum(axis=1).to_numpy() == pytest.approx(1)
 
 
+def test_lifetimes_over_ranges_of_the_belt_velocity():
+    table = figure_data.dataset("chaos_lifetimes")
+    wide, near = (table[table["width"] == width] for width in measure.WIDTHS.values())
+    assert wide["settled"].tolist() == [1] * 15 + [pytest.approx(1 / 5)]
+    assert (wide["lifetime"].iloc[:15] == 1000).all() and (wide["slips"] == 100).all()
+    assert near["begin"].to_numpy() == pytest.approx(10.74 + 0.002 * np.arange(10))
+    assert near["settled"].to_numpy()[:7] == pytest.approx(1)
+    assert near["settled"].to_numpy()[8:] == pytest.approx(0) and near["slips"].isna().sum() == 2
+
+
 def test_a_share_over_velocities_knows_how_these_scatter():
     u = np.repeat(np.arange(10.0), 20)
     mixed, apart = np.tile([0, 1], 100), (u % 2).astype(int)
@@ -132,7 +142,7 @@ def test_the_onset_of_small_r():
     small = (u >= 17.25) & ~((u > 19) & (u < 22))  # and orbits of large r above
     small[np.isin(u, [10, 12.5])] = True
     found = measure.onset(u, small)
-    assert found.value == 17.5 and found.low < 17.1 and 18 < found.high < 19.1
+    assert found.value == 17.5 and found.low < 17.1 and found.high < 19.1
     assert np.isnan(measure.onset(u, u < 0).value)
 
 
@@ -235,3 +245,16 @@ def test_which_orbits_exact_runs_meet(below, above, slips, verdict):
     numbers = measured("orbits-met", fall_orbits=runs).numbers
     assert numbers["5, 19.5 to 21.5"].value == pytest.approx(above)
     assert numbers[f"{'33' if slips == 33 else 'more than 100'}, 14 to 17"].value == 1 - below
+
+
+@pytest.mark.parametrize(
+    ("wide", "near", "verdict"),
+    [(17.2, 10.7, YES), (12, 10.7, IN_PART), (17.2, 11, IN_PART), (12, 11, IN_PART)],
+)
+def test_where_chaos_ends(wide, near, verdict):
+    made = figure_data.chaos_ends(np.arange(8.5, 17.11, 0.02), wide)
+    u = np.round(np.arange(10.74, 10.7601, 1e-4), 4)
+    close = figure_data.chaos_ends(u, 11)
+    lasting = np.abs(close.arrays["belt_velocity"] - 10.75) < 6e-4
+    close.arrays["settled"] = ~lasting | (near > 10.75)
+    assert grades("chaos-ends", chaos_ends=made, chaos_ends_near=close)[""] == verdict

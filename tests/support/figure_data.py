@@ -365,14 +365,27 @@ def fall_orbits():
     return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
 
 
+def chaos_ends(velocities, lasts):
+    """Lifetimes and periods of a few sizes; from one velocity on no run settles."""
+    u, run = map(np.ravel, np.meshgrid(velocities, range(3)))
+    settled = u < lasts
+    arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "settled": settled}
+    arrays["lifetime"] = np.where(settled, 10.0 ** (2 + run), 1e5)
+    arrays["period_events"] = np.where(settled, 10 ** (1 + run), 0)
+    return Dataset(arrays, HOW)
+
+
 def branching():
     """The datasets and tables of the study of the fall."""
     made = {"basins": basins(), "basins_sizes": basins((6, 7))}
     made |= {"small_orbits": small_orbits(), "friction_map": friction_map()}
     made["fall_orbits"] = fall_orbits()
+    made["chaos_ends"] = chaos_ends(np.arange(9.0, 17, 0.1), 16.55)
+    made["chaos_ends_near"] = chaos_ends(10.74 + 0.0005 * np.arange(40), 10.755)
     holds = {"sweeps": 1000.0, "sweeps_fast": 200.0, "sweeps_slow": 5000.0}
     made |= {name: sweeps(hold) for name, hold in holds.items()}
     tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets", "fall_shares"
+    tables += ("chaos_lifetimes",)
     return made | {name: table(name, made) for name in tables}
 
 
@@ -436,7 +449,7 @@ def dataset(name):
         "belt_": recordings, "trials": trials,
         "basin": branching, "sweep": branching,
         "small_orbits": branching, "birth_lines": branching,
-        "friction_map": branching, "fall_": branching,
+        "friction_map": branching, "fall_": branching, "chaos_": branching,
         "experiment_odds": trials, "alternation": trials,
         "agreement": pairs, "pairs": pairs,
     }  # fmt: skip

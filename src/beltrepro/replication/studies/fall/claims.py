@@ -12,6 +12,8 @@ from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of,
 FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
 ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
 MET_RANGES = ((14, 17), (17.5, 19.5), (19.5, 21.5))  # of u: below, at and above the fall
+CHAOS_LASTS = 10.7495, 10.7505  # range of u in which chaos lasts
+_ROUNDING = 1e-6  # of a grid of u
 SWEEPS = ("sweeps_fast", "sweeps", "sweeps_slow")  # the longer, the longer each u is held
 _FEW = 0.1  # share of runs that an orbit must take to be one that irregular motion finds
 
@@ -48,6 +50,29 @@ def orbits_met(evidence):
             shares[f"{name}, {words}"] = measure.share_over(velocity[here], runs[here])
         for end, runs in where.items():
             further[f"{end}, {words}"] = measure.share_over(velocity[here], runs[here])
+    return Measurement(shares, further)
+
+
+@claim("chaos-ends")
+def chaos_ends(evidence):
+    """Shares of runs that settle, on a fine grid of u, and near a velocity at which chaos lasts."""
+    shares, further = {}, {}
+    for name, low, high in (
+        ("chaos_ends", 8.5, 17.1),
+        ("chaos_ends_near", 10.74, 10.745),
+        ("chaos_ends_near", *CHAOS_LASTS),
+    ):
+        arrays, words = evidence.dataset(name).arrays, f"{low:g} to {high:g}"
+        velocity = arrays["belt_velocity"]
+        here = (velocity >= low - _ROUNDING) & (velocity <= high + _ROUNDING)
+        require(here.any(), f"no run at u = {words}")
+        settled = arrays["settled"][here].astype(bool)
+        shares[f"settled, {words}"] = measure.share_over(velocity[here], settled)
+        further[f"median lifetime, {words}"] = bootstrap(np.median, [arrays["lifetime"][here]])
+        slips = arrays["period_events"][here][settled]
+        if slips.size:
+            further[f"median slips, {words}"] = bootstrap(np.median, [slips])
+            further[f"most slips, {words}"] = sure(slips.max())
     return Measurement(shares, further)
 
 

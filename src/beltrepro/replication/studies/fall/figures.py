@@ -17,6 +17,9 @@ FIGURES = {
     "orbits_met": Figure(
         uses=("fall_orbits", "fall_shares", "birth_lines"), category="Further studies"
     ),
+    "chaos_ends": Figure(
+        uses=("chaos_ends", "chaos_ends_near", "chaos_lifetimes"), category="Further studies"
+    ),
 }
 
 
@@ -185,4 +188,38 @@ def orbits_met(data):
     title = "slips in the period (left: small $r$, right: large $r$)"
     look = {"columnspacing": 0.8, "handlelength": 1.0, "title": title}
     figure.legend(loc="outside upper center", ncols=4, **look)
+    return figure
+
+
+# --- how long motion is irregular -----------------------------------------------------------------
+
+
+@panels.draws(FIGURES)
+def chaos_ends(data):
+    """Lifetimes above, slips in the period below; over all u, and near one at which chaos lasts."""
+    figure, places = panels.page(3.6, "ab;cd", width_ratios=(1.7, 1))
+    for one, other in ((1, 0), (3, 2)):
+        places[one].sharey(places[other])
+    table = data["chaos_lifetimes"]
+    for column, (name, width) in enumerate(measure.WIDTHS.items()):
+        arrays, medians = data[name].arrays, table[table["width"] == width]
+        times, periods = places[column], places[2 + column]
+        velocity, settled = arrays["belt_velocity"], arrays["settled"].astype(bool)
+        look = {"markersize": 2.4, "markeredgewidth": 0, "color": style.BLUE, "alpha": 0.7}
+        times.plot(velocity[settled], arrays["lifetime"][settled], ".", **look)
+        periods.plot(velocity[settled], arrays["period_events"][settled], ".", **look)
+        look |= {"color": style.VERMILION, "markersize": 3}
+        times.plot(velocity[~settled], arrays["lifetime"][~settled], "^", **look)
+        ends = np.append(medians["begin"], medians["begin"].iloc[-1:] + width)
+        look = {"color": style.BLACK, "linewidth": 0.7, "baseline": None}
+        times.stairs(medians["lifetime"], ends, **look)
+        periods.stairs(medians["slips"], ends, **look)
+        times.set_yscale("log")
+        periods.set(yscale="log", xlabel=panels.BELT_VELOCITY)
+    for axes in (places[1], places[3]):
+        axes.ticklabel_format(axis="x", useOffset=False)
+        axes.locator_params(axis="x", nbins=3)
+        axes.tick_params(labelleft=False)
+    places[0].set_ylabel("time irregular")
+    places[2].set_ylabel("slips in the period")
     return figure

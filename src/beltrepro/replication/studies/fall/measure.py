@@ -16,6 +16,7 @@ TABLES = {
     "birth_lines": Table(uses=("small_orbits",)),
     "fall_onsets": Table(uses=("friction_map",)),
     "fall_shares": Table(uses=("fall_orbits",)),
+    "chaos_lifetimes": Table(uses=("chaos_ends", "chaos_ends_near")),
 }
 PAPER_RATIO = 0.45
 SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, from 0.07
@@ -104,6 +105,32 @@ def share_over(velocity: np.ndarray, having: np.ndarray) -> Estimate:
     return replace(runs, low=low, high=high)
 
 
+# --- how long motion is irregular -----------------------------------------------------------------
+
+WIDTHS = {"chaos_ends": 0.5, "chaos_ends_near": 0.002}  # ranges of u, over which runs are counted
+
+
+def chaos_lifetimes(data) -> pd.DataFrame:
+    """A row for each dataset and range of u."""
+    rows = []
+    for name, width in WIDTHS.items():
+        arrays = data[name].arrays
+        settled, number = (
+            arrays["settled"].astype(bool),
+            np.floor(arrays["belt_velocity"] / width + 1e-6),
+        )
+        for place in np.unique(number):
+            here = number == place
+            ended = share_over(arrays["belt_velocity"][here], settled[here])
+            row = {"begin": place * width, "width": width, "runs": ended.runs}
+            row |= ended.named("settled", "low", "high")
+            lifetime = bootstrap(np.median, [arrays["lifetime"][here]])
+            row |= lifetime.named("lifetime", "lifetime_low", "lifetime_high")
+            slips = arrays["period_events"][here & settled]
+            rows.append(row | {"slips": np.median(slips) if slips.size else nan})
+    return pd.DataFrame(rows)
+
+
 # --- the plane of friction ratio and belt velocity ------------------------------------------------
 
 FIRST = 5  # slips of the orbit whose birth is compared with the fall
@@ -123,6 +150,9 @@ def birth_lines(data) -> pd.DataFrame:
     return pd.DataFrame(table | {name: births[name] for name in names})
 
 
+BEGUN = 1 / 4  # share at small r: orbits of large r take most runs at many u above, too
+
+
 def fall_onsets(data) -> pd.DataFrame:
     """A row for each friction ratio."""
     arrays, rows = data["friction_map"].arrays, []
@@ -136,12 +166,14 @@ def fall_onsets(data) -> pd.DataFrame:
 
 
 def onset(velocity: np.ndarray, small: np.ndarray) -> Estimate:
-    """Middle of the first range of u, 1 wide, in which half of the runs or more are small."""
+    """Middle of the first range of u, 1 wide, in which a quarter of the runs or more are small."""
     number = np.floor(velocity)
     places = np.unique(number) + 0.5
 
     def first(*groups):
-        return next((u for u, runs in zip(places, groups, strict=True) if runs.mean() >= 0.5), nan)
+        return next(
+            (u for u, runs in zip(places, groups, strict=True) if runs.mean() >= BEGUN), nan
+        )
 
     groups = [small[number == place] for place in np.unique(number)]
     return replace(bootstrap(first, groups, grid_spacing=1.0), runs=small.size)
