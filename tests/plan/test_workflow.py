@@ -21,7 +21,7 @@ from beltrepro.replication.plan import lock, registry, scripting
 from beltrepro.replication.plan.config import load_config
 from beltrepro.replication.plan.plan import FIRST_BATCH, Plan, make_plan
 from beltrepro.replication.plan.points import points_of
-from beltrepro.replication.plan.workflow import RunProgress, Workflow
+from beltrepro.replication.plan.workflow import BATCH, RunProgress, Workflow
 from interruptions import copy_of_project
 
 ROOT = Path(__file__).parents[2]
@@ -184,7 +184,10 @@ def test_a_batch_names_its_points_its_integrators_and_the_code_behind_both(monke
             methods = tuple(sorted({point.method for point in points}))
             assert points_of(flow.points(wildcards)) == list(points)
             assert [Path(path).stem for path in flow.kernels(wildcards)] == [*methods]
-            assert flow.code_of_batch(wildcards) == (("simulate", dataset.kind.record), methods)
+            assert flow.code_of_batch(wildcards) == (
+                ("simulate", BATCH, dataset.kind.record),
+                methods,
+            )
             used.add(methods)
     assert used == {("event",), ("verlet",), ("event", "verlet")}
 

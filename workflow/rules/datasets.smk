@@ -79,7 +79,7 @@ rule join:
         ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset),
-        code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.io"),
+        code=lambda wildcards: FLOW.code("join", FILES),
     message:
         "Joining the batches of {wildcards.dataset}"
     script:
@@ -103,6 +103,7 @@ rule film:
         spec=lambda wildcards: FLOW.plan.films[wildcards.film],
         code=lambda wildcards: FLOW.code(
             "film",
+            FILES,
             "beltrepro.replication.camera.camera",
             "beltrepro.replication.camera.track",
         ),

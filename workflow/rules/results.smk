@@ -18,7 +18,7 @@ rule derive:
         module=lambda wildcards: FLOW.table(wildcards).module,
         title=lambda wildcards: FLOW.table(wildcards).title,
         columns=lambda wildcards: FLOW.table(wildcards).columns,
-        code=lambda wildcards: FLOW.code("derive", FLOW.table(wildcards).module),
+        code=lambda wildcards: FLOW.code("derive", FILES, FLOW.table(wildcards).module),
     message:
         "Deriving {wildcards.table}.csv"
     script:
@@ -42,6 +42,7 @@ rule draw:
         module=lambda wildcards: FLOW.figures[wildcards.figure].module,
         code=lambda wildcards: FLOW.code(
             "figure",
+            FILES,
             FLOW.figures[wildcards.figure].module,
             "beltrepro.replication.drawing.style",
         ),
@@ -95,7 +96,11 @@ rule claims:
     params:
         settings=FLOW.plan.settings(),
         shown={name: figure.shows for name, figure in FLOW.figures.items()},
-        code=lambda wildcards: FLOW.code("claims", "beltrepro.replication.studies.every_claim"),
+        code=lambda wildcards: FLOW.code(
+            "claims",
+            FILES,
+            "beltrepro.replication.studies.every_claim",
+        ),
     message:
         "Measuring the claims"
     script:

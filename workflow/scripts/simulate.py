@@ -3,7 +3,9 @@
 import numba
 
 from beltrepro.base.progress import Progress
-from beltrepro.replication.plan import io, kinds, scripting
+from beltrepro.replication.plan import io, scripting
+from beltrepro.replication.plan.batch import record
+from beltrepro.replication.plan.kinds import KINDS
 from beltrepro.replication.plan.points import points_of
 
 
@@ -13,7 +15,7 @@ def main(job):
     spec = job.params.spec
     points = points_of(job.params.points)
     progress = Progress(f"{spec['dataset']}: {len(points)} points")
-    recorded = kinds.record(spec["kind"], points, spec["settings"], progress)
+    recorded = record(KINDS[spec["kind"]], points, spec["settings"], progress)
     io.write(job.output[0], spec, recorded)
 
 

@@ -2,18 +2,18 @@
 arrays that makes.
 
 From here follow what config.yaml may give, what a job is told, how files of batches are joined, and
-what every array in a file says of itself. The code behind a dataset is that of its function.
+what every array in a file says of itself. The code behind a dataset is that of its function and of
+`batch`.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from pkgutil import resolve_name
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from beltrepro.base.provenance import PACKAGE
 from beltrepro.model.friction import noise_beyond_event
-from beltrepro.replication.plan.points import QUANTITIES, UNITS, WORDS, Point, chain, columns
+from beltrepro.replication.plan.points import QUANTITIES, UNITS, WORDS, Point, chain
 
 POINT = "point"  # name of the axis along which batches are joined
 # ends of the names by which tables, figures and claims ask for a film, and for what is tracked
@@ -112,25 +112,6 @@ def _array(row: str) -> Array:
 
 # --- functions ------------------------------------------------------------------------------------
 # They are named, and imported where they run: to plan must not wait for numba.
-
-
-def record(
-    kind: str,
-    points: Sequence[Point],
-    settings: dict,
-    progress: Callable[[float], None] | None = None,
-) -> Arrays:
-    """Simulate points and record what their kind says."""
-    from beltrepro.simulation.setup import Setup
-
-    names = ("method", "time_step", "seed", "replicate", "initial_spread")
-    numerics: dict = {name: [getattr(point, name) for point in points] for name in names}
-    setup = Setup([chain(point) for point in points], **numerics)
-    simulate: Callable[..., Arrays] = resolve_name(KINDS[kind].record)
-    measured = simulate(setup, **settings, progress=progress)
-    # a scan has more than its file: the sum rule, which says of each number that it is N k
-    kept = KINDS[kind].recorded
-    return columns(points) | {name: measured[name] for name in measured if name in kept}
 
 
 def series(setup, *, samples, transient, **settings):

@@ -18,6 +18,8 @@ from beltrepro.replication.plan.kinds import FILM, TRACK
 from beltrepro.replication.plan.plan import FIRST_BATCH, make_plan
 from beltrepro.replication.plan.points import plain, points_of
 
+BATCH = "beltrepro.replication.plan.batch"
+
 
 @contextmanager
 def one_line() -> Iterator[None]:
@@ -163,9 +165,9 @@ class Workflow:
         return plain(dataset.batches[wildcards.get("batch", FIRST_BATCH)])
 
     def code_of_batch(self, wildcards: Any) -> str:
-        """Code behind a batch: the function of its kind, and the integrators of its points."""
+        """Code behind a batch: what records it, and the integrators of its points."""
         kind = self.plan.datasets[wildcards.dataset].kind
-        return self.code("simulate", kind.record, methods=self._methods(wildcards))
+        return self.code("simulate", BATCH, kind.record, methods=self._methods(wildcards))
 
     def kernels(self, wildcards: Any) -> list[str]:
         """What says that the integrators of a batch are compiled."""
