@@ -10,7 +10,7 @@ import pytest
 
 import small_plans
 from beltrepro import simulate
-from beltrepro.replication.plan import batch, dependencies, io
+from beltrepro.replication.plan import batch, dependencies, io, kinds
 from beltrepro.replication.plan.kinds import KINDS
 from beltrepro.replication.plan.points import CHAIN, QUANTITIES, columns, plain, points_of
 from beltrepro.replication.plan.points import chain as chain_of
@@ -18,7 +18,7 @@ from beltrepro.replication.plan.workflow import BATCH
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflow"
-FILES = io.__name__
+FILES, KINDS_OF_DATA = io.__name__, kinds.__name__
 OTHER = {  # than those of `planned`, and sensible
     "method": "verlet",
     "samples": ["velocities"],
@@ -63,7 +63,7 @@ def test_each_quantity_and_setting_reaches_the_function_of_the_kind(kind, monkey
     heard = set()
     for spec in (whole, *(changed(whole, name) for name in names)):
         points = points_of(spec["points"])
-        columns = batch.record(KINDS[kind], points, spec["settings"], progress=print)
+        columns = batch.record(KINDS[kind].record, (), points, spec["settings"], progress=print)
         cases, settings = calls[-1]
         assert settings == spec["settings"] | {"progress": print}
         for row, (point, case) in enumerate(zip(points, cases, strict=True)):
@@ -99,7 +99,8 @@ def test_each_key_of_a_dataset_changes_the_digest_of_its_file(kind, monkeypatch)
 def test_series_of_several_sizes_are_the_runs_of_each():
     points = planned("series").datasets["one"].points
     told = {"duration": 40.0, "transient": 5.0, "sample_interval": 0.5}
-    made = batch.record(KINDS["series"], points, told | {"samples": ["positions", "friction"]})
+    kind = KINDS["series"].record, KINDS["series"].recorded
+    made = batch.record(*kind, points, told | {"samples": ["positions", "friction"]})
     assert "velocities" not in made
     for row, point in enumerate(points):
         how = {name: getattr(point, name) for name in ("seed", "replicate", "initial_spread")}
@@ -150,5 +151,5 @@ def test_an_edit_of_what_a_script_imports_reruns_its_rule(name, rule):
     imported &= graph.modules
     # logs are the same for all jobs; a new kind, or words about an array, change no number
     shared = ("beltrepro.base", "beltrepro.replication.plan.scripting")
-    kept = {dependencies.KINDS, FILES} if name == "simulate" else set()
+    kept = {KINDS_OF_DATA, FILES} if name == "simulate" else set()
     assert {module for module in imported if not module.startswith(shared)} <= behind | kept

@@ -41,6 +41,7 @@ rule simulate:
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.get("batch")),
         points=FLOW.points,
+        arrays=lambda wildcards: [*FLOW.plan.datasets[wildcards.dataset].kind.recorded],
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"

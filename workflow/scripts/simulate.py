@@ -12,10 +12,10 @@ from beltrepro.replication.plan.points import points_of
 def main(job):
     # By itself it takes all cores.
     numba.set_num_threads(min(job.threads, numba.config.NUMBA_NUM_THREADS))
-    spec = job.params.spec
+    spec, arrays = job.params.spec, job.params.arrays
     points = points_of(job.params.points)
     progress = Progress(f"{spec['dataset']}: {len(points)} points")
-    recorded = record(KINDS[spec["kind"]], points, spec["settings"], progress)
+    recorded = record(KINDS[spec["kind"]].record, arrays, points, spec["settings"], progress)
     io.write(job.output[0], spec, recorded)
 
 

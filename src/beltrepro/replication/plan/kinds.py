@@ -9,8 +9,6 @@ what every array in a file says of itself. The code behind a dataset is that of 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from beltrepro.base.provenance import PACKAGE
 from beltrepro.model.friction import noise_beyond_event
 from beltrepro.replication.plan.points import QUANTITIES, UNITS, WORDS, Point, chain
@@ -19,8 +17,6 @@ POINT = "point"  # name of the axis along which batches are joined
 # ends of the names by which tables, figures and claims ask for a film, and for what is tracked
 FILM, TRACK = "_film", "_track"
 FILMED = ("positions", "velocities")  # samples without which nothing can be filmed
-
-Arrays = dict[str, np.ndarray]
 
 
 class Array(NamedTuple):
@@ -93,7 +89,7 @@ class Kind(NamedTuple):
             if block > (smallest := min(point.n_blocks for point in points)):
                 yield f"section_block = {block}: the chain has {smallest} blocks"
             if settings["section_position"] is None:
-                yield "section_position is missing: only for the last block there is a rule"
+                yield "section_position is missing: section_block needs one, for the file to name"
         interval = settings.get("sample_interval", 0)
         for step in {point.time_step for point in points if point.method == "verlet"}:
             if abs(round(interval / step) * step - interval) > 1e-9 * interval:
@@ -110,37 +106,11 @@ def _array(row: str) -> Array:
     return Array(unit, tuple(dimensions.split(", ")), symbol, text, fields)
 
 
-# --- functions ------------------------------------------------------------------------------------
 # They are named, and imported where they run: to plan must not wait for numba.
-
-
-def series(setup, *, samples, transient, **settings):
-    """Samples from the transient on, those of smaller chains filled up with NaN, and events."""
-    from beltrepro.simulation.trajectories import simulate
-
-    runs = simulate(setup, transient=transient, sample_start=transient, **settings)
-    shape = len(runs), runs[0].time.size, max(run.parameters.n_blocks for run in runs)
-    sampled = {name: np.full(shape, np.nan) for name in samples}
-    late = [run.events[run.events["time"] >= transient] for run in runs]
-    counts = list(map(len, late))
-    events = np.empty(sum(counts), [(POINT, "i4"), *late[0].dtype.descr])
-    events[POINT] = np.repeat(np.arange(len(runs)), counts)
-    for name in late[0].dtype.names:
-        events[name] = np.concatenate([table[name] for table in late])
-    for row, run in enumerate(runs):
-        for name, values in sampled.items():
-            values[row, :, : run.parameters.n_blocks] = getattr(run, name)
-    numbers = ("mean_length", "disorder_parameter", "energy_residual")
-    of_runs = {name: np.array([getattr(run, name) for run in runs]) for name in numbers}
-    return of_runs | {"time": runs[0].time} | sampled | {"events": events}
-
-
-# --- kinds ----------------------------------------------------------------------------------------
-
 _RECORDED = (
     ("scan", "simulation.scans:scan",
      "duration transient section_position section_values laminar_time"),
-    ("series", "replication.plan.kinds:series",
+    ("series", "replication.plan.series:series",
      "duration transient sample_interval samples"),
     ("catalogue", "simulation.catalogues:catalogue",
      "duration transient section_block section_position"),
