@@ -5,20 +5,18 @@
 rule derive:
     "Derive a table from datasets."
     input:
-        unpack(lambda wildcards: FLOW.files(FLOW.table(wildcards).uses)),
+        unpack(lambda wildcards: FLOW.files(FLOW.tables[wildcards.table].uses)),
     output:
-        table="<results>/{table}.csv",
+        table="<results>/tables/{table}.csv",
     log:
-        "<logs>/{table}.log",
+        "<logs>/tables/{table}.log",
     benchmark:
-        "<benchmarks>/{table}.tsv"
+        "<benchmarks>/tables/{table}.tsv"
     conda:
         ENVIRONMENT
     params:
-        module=lambda wildcards: FLOW.table(wildcards).module,
-        title=lambda wildcards: FLOW.table(wildcards).title,
-        columns=lambda wildcards: FLOW.table(wildcards).columns,
-        code=lambda wildcards: FLOW.code("derive", FILES, FLOW.table(wildcards).module),
+        about=lambda wildcards: vars(FLOW.tables[wildcards.table]),
+        code=lambda wildcards: FLOW.code("derive", FILES, FLOW.tables[wildcards.table].module),
     message:
         "Deriving {wildcards.table}.csv"
     script:
@@ -72,14 +70,6 @@ for name, entry in FLOW.figures.items():
     workflow.get_rule(name).docstring = entry.title
 
 
-rule agreement:
-    "Whether the two integrators agree: agreement.csv and its figures."
-    input:
-        FLOW.made["agreement"],
-        FLOW.drawn("png", "pdf", category="Integrators compared"),
-    localrule: True
-
-
 rule claims:
     "A verdict for every claim of the paper, and the numbers it rests on."
     input:
@@ -115,7 +105,6 @@ rule report:
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
         figures=FLOW.drawn("png"),
-        compared=FLOW.compared(),
     output:
         "<results>/report.html",
     log:

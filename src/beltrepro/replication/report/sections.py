@@ -12,7 +12,6 @@ from beltrepro.replication.report.material import WORDS, Material
 from beltrepro.replication.verdicts.ledger import SEEN
 
 DECIDING = "n5_replicates"  # the dataset that most claims rest on
-PAPER_LENGTHS = ("2e6", "1e6")  # of runs, and of the part that is discarded
 
 
 # --- what was judged ------------------------------------------------------------------------------
@@ -83,23 +82,6 @@ def _card(result: Result, pictures: list[dict]) -> dict:
 # --- how the run was made -------------------------------------------------------------------------
 
 
-def deviations(material: Material) -> dict:
-    """Rows of texts: lengths other than the paper's, the other integrator, and the general ones."""
-    texts = WORDS["deviations_of_run"]
-    scans = [dataset for dataset in material.datasets if dataset["kind"] == "scan"]
-    table = pd.DataFrame(scans, columns=["name", "duration", "transient"])
-    rows = [
-        texts["length"]
-        | {"ours": f"t = {duration}, of which {transient} discarded", "where": ", ".join(names)}
-        for (duration, transient), names in table.groupby(["duration", "transient"])["name"]
-        if (duration, transient) != PAPER_LENGTHS
-    ]
-    by_events = [one["name"] for one in material.datasets if "event" in one["method"]]
-    if by_events:
-        rows.append(texts["integrator"] | {"where": ", ".join(by_events)})
-    return {"deviations": rows + WORDS["deviations"]}
-
-
 def times(material: Material) -> dict:
     """Jobs, time (s) and memory (MB) per kind of rule, from the benchmark files of Snakemake."""
     tables = [pd.DataFrame(columns=["s", "max_rss", "group"], dtype=float)]
@@ -109,9 +91,8 @@ def times(material: Material) -> dict:
         tables.append(pd.read_csv(path, sep="\t", na_values="-").assign(group=group))
     groups = pd.concat(tables).groupby("group")
     columns = {"jobs": ("s", "size"), "seconds": ("s", "sum"), "longest": ("s", "max")}
-    rows = groups.agg(**columns, memory_mb=("max_rss", "max")).fillna(0.0).to_dict("index")
-    names = WORDS["rules"] | {name: name for name in sorted(rows.keys() - WORDS["rules"].keys())}
-    return {"rules": [{"rule": names[name]} | rows[name] for name in names if name in rows]}
+    rows = groups.agg(**columns, memory_mb=("max_rss", "max")).fillna(0.0)
+    return {"rules": rows.rename_axis("rule").reset_index().to_dict("records")}
 
 
 def environment(material: Material) -> dict:

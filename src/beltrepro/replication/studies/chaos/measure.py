@@ -142,7 +142,6 @@ def describe(tables: dict[str, pd.DataFrame], _settings: dict) -> dict:
         "five": _settled(five)
         | {"points": len(five), "above": above.sum()}
         | {"open": _span(five.loc[five["settled"] < five["runs"], "belt_velocity"])},
-        "five_rows": five.to_dict("records"),
         "others": {n_blocks: _settled(points) for n_blocks, points in others.groupby("n_blocks")},
         "noise": {u: _under_noise(levels) for u, levels in noisy.groupby("belt_velocity")},
         "disorder": _disorder(motions),
