@@ -25,10 +25,6 @@ RUN = FLOW.plan.run
 FILES = "beltrepro.replication.plan.io"  # code behind what reads or joins files of results
 os.environ[lock.RUN] = str(os.getpid())  # jobs must not outlive this process
 
-# Snakemake formats this path, and would take braces in that of the project for wildcards.
-ENVIRONMENT = workflow.source_path("../envs/beltrepro.yaml")
-ENVIRONMENT = ENVIRONMENT.replace("{", "{{").replace("}", "}}")
-
 
 pathvars:
     results=f"results/{RUN}",

@@ -13,8 +13,6 @@ rule compile:
         "<logs>/kernels/{method}.log",
     benchmark:
         "<benchmarks>/kernels/{method}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         code=FLOW.code("compile", "beltrepro.extras.cache"),
     message:
@@ -36,8 +34,6 @@ rule simulate:
         "<benchmarks>/batches/{dataset}/{batch}.tsv"
     wildcard_constraints:
         batch="[0-9]+",
-    conda:
-        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.get("batch")),
         points=FLOW.points,
@@ -76,8 +72,6 @@ rule join:
         "<logs>/datasets/{dataset}.log",
     benchmark:
         "<benchmarks>/datasets/{dataset}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset),
         code=lambda wildcards: FLOW.code("join", FILES),
@@ -98,8 +92,6 @@ rule film:
         "<logs>/experiment/{film}.log",
     benchmark:
         "<benchmarks>/experiment/{film}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.films[wildcards.film],
         code=lambda wildcards: FLOW.code(

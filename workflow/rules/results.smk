@@ -12,8 +12,6 @@ rule derive:
         "<logs>/tables/{table}.log",
     benchmark:
         "<benchmarks>/tables/{table}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         about=lambda wildcards: vars(FLOW.tables[wildcards.table]),
         code=lambda wildcards: FLOW.code("derive", FILES, FLOW.tables[wildcards.table].module),
@@ -34,8 +32,6 @@ rule draw:
         "<logs>/figures/{figure}.log",
     benchmark:
         "<benchmarks>/figures/{figure}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         module=lambda wildcards: FLOW.figures[wildcards.figure].module,
         code=lambda wildcards: FLOW.code(
@@ -81,8 +77,6 @@ rule claims:
         "<logs>/claims.log",
     benchmark:
         "<benchmarks>/claims.tsv"
-    conda:
-        ENVIRONMENT
     params:
         settings=FLOW.plan.settings(),
         shown={name: figure.shows for name, figure in FLOW.figures.items()},
@@ -111,8 +105,6 @@ rule report:
         "<logs>/report.log",
     benchmark:
         "<benchmarks>/report.tsv"
-    conda:
-        ENVIRONMENT
     params:
         preset=FLOW.plan.preset,
         settings=FLOW.plan.settings(),
