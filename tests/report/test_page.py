@@ -268,31 +268,15 @@ def test_the_section_on_chaos_counts_what_the_tables_have(tmp_path):
         "chaotic": [0, 0, 1, 0, 5, 7, 6], "stable chaos": 0, "transient": [0, 4, 1, 0, 3, 0, 0],
         "exponent": [0, 1e-3, 4e-3, 0, 0.012, 0.015, 0.02], "error": 2e-4,
         "longest_period": [12, 90, 40, 7, 0, 300, 0],
-        "r_periodic": [0.1, 0.10, 0.10, 0.10, np.nan, 0.1, 0.1],
-        "r_irregular": [np.nan, 0.12, 0.13, 0.90, 0.1, 0.11, np.nan],
-    })  # fmt: skip
-    lifetimes = pd.DataFrame({
-        "n_blocks": [5, 5, 5, 7], "belt_velocity": [9.0, 14, 9, 9], "initial_spread": 1.0,
-        "runs": [16, 16, 4, 9], "settled": [16, 12, 3, 2],
-        "exponent": [2e-3, 5e-4, 1e-3, 0.01], "exponent_error": [1e-4, 2e-4, 4e-4, 1e-3],
-        "verdict": ["ends", "lasts", "ends", "ends"],
     })  # fmt: skip
     noisy = pd.DataFrame({"belt_velocity": 9.0, "noise": [0.1, 1.0, 5.0],
                           "exponent": [2.9e-3, 3.1e-3, -0.02], "error": 1e-3})  # fmt: skip
-    tables = {"motions": motions, "mean_lifetimes": lifetimes, "noisy_motions": noisy}
+    tables = {"motions": motions, "noisy_motions": noisy}
     said, rows = written_with(tmp_path, "chaos", **tables)
     for text in (
         "From N = 7 on, at least half of the runs are chaotic. No run is chaotic for N = 2",
-        # of two rows of one point the later one counts; 0.001 is below three times its error
-        "15 of 20 runs from spread starts settled",
-        "(75%)",
-        "Some runs were still irregular at u = 9, 14.",
-        "above zero at 0 of 2 points",
-        "N = 7: 2 of 9 runs settled",
         f"u = 9, σ = 0.1, 1, 5: λ 1 is between {MINUS}0.02 and 0.0031",
         "It is above zero at σ = 1.",
-        "At 3 points with u ≤ 15",
-        "by 20% (median), and by 30% at most",
     ):
         assert text in typeset(said)
     assert rows[2] == ["5", "24", "18", "0", "1", "0", "5", "14", "0.004 ± 0.0002", "14", "90"]
@@ -300,10 +284,7 @@ def test_the_section_on_chaos_counts_what_the_tables_have(tmp_path):
 
 def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path):
     tables = studies(runs=16)
-    shares = tables["alternation"]
-    first, second, *_ = shares.index[(shares["noise"] == 1) & (shares["friction_ratio"] == 0.45)]
     names = ("experiment_odds", "alternation")
-    shares.loc[[first, second], "alternating"] = 8, 7  # of 16
     said, table = written_with(tmp_path, "trials", **{name: tables[name] for name in names})
     assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
     assert "all blocks slip at once for longer than 0.61 s" in said
@@ -313,7 +294,6 @@ def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path):
     assert table[1][5:] == ["0.130", *3 * ["0 (0 to 0.056)"], "0"]
     places = [["0.28", "1000", "64"], ["0.22", "300", "64"], ["0.28", "300", "64"]]
     assert [row[:3] for row in table[2:5]] == places
-    assert table[6:8] == [["0.5", "16", "nowhere", "", "0"], ["1", "16", "9.44", "0.17", "0.5"]]
 
 
 def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
@@ -343,6 +323,4 @@ def test_the_section_on_the_integrators_counts_the_comparisons(tmp_path):
     said, rows = written_with(tmp_path, "integrators", runs, agreement=comparisons)
     assert rows[1] == ["With noise", "disorder parameter r KS", "", "32", "agree: 1", "0.75"]
     assert rows[2][2:5] == ["dt = 0.001, initial spread 0.001", "32", "agree: 1 differ: 1"]
-    # at the step of the run, from both kinds of starts
-    assert "at 1 of 3 points: r at the end depends on the integrator, but not, wi" in said
     assert "t = 1000, of which 400 discarded" in said

@@ -171,7 +171,6 @@ SECTIONS = (
         ("agreement",),
         ("agreement_attractors", "agreement_disorder"),
     ),
-    PageSection("dates", "When it was judged", sections.dates, folded=True),
     PageSection("open_points", "What the paper leaves open", folded=True),
     PageSection("deviations", "Deviations from the paper", folded=True),
     PageSection("runs", "What was run", folded=True),

@@ -6,7 +6,7 @@ from collections import Counter
 
 import pandas as pd
 
-from beltrepro.replication.report.claim_results import Result, Results, count, statements
+from beltrepro.replication.report.claim_results import Result, count, statements
 from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.material import WORDS, Material
 from beltrepro.replication.verdicts.ledger import SEEN
@@ -20,6 +20,7 @@ DECIDING = "n5_replicates"  # the dataset that most claims rest on
 def summary(material: Material) -> dict:
     """What was run in numbers, findings, claims counted by both verdicts, and trust."""
     results = material.claims
+    last = [one.claim.seen for one in statements(results) if one.claim.testable]
     answers = [answer for one in statements(results) for answer in one.answers.values()]
     runs = [number.estimate.runs for answer in answers for number in answer.judged]
     runs = [number for number in runs if number is not None]
@@ -35,7 +36,7 @@ def summary(material: Material) -> dict:
         "kinds": Counter(result.claim.kind for result in results.values()),
         "duration": float(material.settings["datasets"][DECIDING]["duration"]),
         "runs": runs and (statistics.median_low(runs), min(runs), max(runs)),
-        "seen": seen(results),
+        "seen": [last.count(name) for name in SEEN],  # when criteria were written or changed last
     }
 
 
@@ -51,23 +52,6 @@ def cards(material: Material) -> dict:
         "counts": count(material.claims),
         "claims": len(material.claims),
     }
-
-
-def dates(material: Material) -> dict:
-    """How many criteria are from after which runs, and those from after the published one."""
-    changes = [
-        (result.id, change)
-        for result in statements(material.claims)
-        for change in result.claim.history
-        if result.claim.testable and change.seen == SEEN[-1]
-    ]
-    return {"seen": seen(material.claims), "changes": changes}
-
-
-def seen(results: Results) -> list[int]:
-    """How many criteria were written or changed after what had been seen, as in `SEEN`."""
-    last = [one.claim.seen for one in statements(results) if one.claim.testable]
-    return [last.count(name) for name in SEEN]
 
 
 def _card(result: Result, pictures: list[dict]) -> dict:

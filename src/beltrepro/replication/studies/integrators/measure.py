@@ -277,16 +277,11 @@ PARTS = {
 
 def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
     comparisons = tables["agreement"]
-    final = comparisons[comparisons["quantity"] == FINAL_DISORDER]
-    final = final[np.isclose(final["time_step"], settings["defaults"]["time_step"])]
-    differ = final[final["verdict"] == DIFFER]
-    wide = (differ["initial_spread"] == final["initial_spread"].max()).any()
     return {
         "level": LEVEL,
         "verdicts": VERDICTS,
         "parts": {part: title for part, (title, _) in PARTS.items()},
         "lengths": {part: settings["datasets"][name] for part, (_, name) in PARTS.items()},
-        "ends": {"points": len(final), "differ": len(differ), "wide": wide},
         "families": [_family(rows) for _, rows in comparisons.groupby(_FAMILY, **_IN_ORDER)],
     }
 
