@@ -40,7 +40,6 @@ lint: env  ## style, imports, type hints, and the Snakemake files
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow
-	$(IN_ENV) snakemake --lint
 
 docs: env  ## the site of the documentation, in build/site; a warning is an error
 	$(IN_ENV) sphinx-build --quiet --fail-on-warning --keep-going docs build/site

@@ -18,7 +18,7 @@ include: "workflow/rules/common.smk"
 
 
 rule all:
-    "Everything: figures, claims, the comparison of integrators, and the report; the default."
+    "Everything: figures, tables, claims and the report; the default."
     default_target: True
     input:
         FLOW.datasets.values(),

@@ -9,7 +9,6 @@ disturbance of the machine hits them alike; medians over the rounds are shown.
 
 import argparse
 import ctypes
-import shutil
 import statistics
 import subprocess
 import tempfile
@@ -74,12 +73,10 @@ class Together:
 
 
 def compiled_loop():
-    """The function of naive_loop.c, compiled now; None without a C compiler."""
-    if (compiler := shutil.which("cc")) is None:
-        return None
+    """The function of naive_loop.c, compiled now."""
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder, "naive_loop.so")
-        subprocess.run([compiler, *FLAGS, "-o", library, SOURCE, "-lm"], check=True)
+        subprocess.run(["cc", *FLAGS, "-o", library, SOURCE, "-lm"], check=True)
         function = ctypes.CDLL(str(library)).advance_chain
     real, whole = ctypes.c_double, ctypes.c_int64
     arrays = (np.ctypeslib.ndpointer(kind, flags="C") for kind in (float, np.uint64, float))
@@ -96,18 +93,16 @@ def cost(runner, span: float) -> float:
 
 
 def measured(case: tuple, loop, rounds: int, seconds: float) -> list[float]:
-    """Median costs of a case: of the loop in C (NaN without it), `verlet` and `event`."""
+    """Median costs of a case: of the loop in C, `verlet` and `event`."""
     n_blocks, noise, belt_velocity = case
     chain = ChainParameters(n_blocks, belt_velocity, noise=noise)
-    runners = [PlainLoop(chain, loop)] if loop else []
-    runners += [Together(chain, method) for method in ("verlet", "event")]
+    runners = [PlainLoop(chain, loop), Together(chain, "verlet"), Together(chain, "event")]
     spans = []
     for runner in runners:
         runner.advance(WARM_UP)
         spans.append(max(1.0, 1e6 * seconds / (cost(runner, 100.0) * runner.chains)))
     costs = [[cost(*pair) for pair in zip(runners, spans, strict=True)] for _ in range(rounds)]
-    medians = [statistics.median(column) for column in zip(*costs, strict=True)]
-    return medians if loop else [float("nan"), *medians]
+    return [statistics.median(column) for column in zip(*costs, strict=True)]
 
 
 def main() -> None:

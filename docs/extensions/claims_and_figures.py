@@ -33,7 +33,7 @@ def _figures() -> Iterator[str]:
 
 def _tables() -> Iterator[str]:
     for name, entry in registry.tables().items():
-        yield from (f"### {entry.file(name)}.csv", plain(entry.title), _made_from(entry.uses))
+        yield from (f"### tables/{name}.csv", plain(entry.title), _made_from(entry.uses))
         if entry.columns:
             rows = [(f"`{column}`", plain(text)) for column, text in entry.columns.items()]
             yield table(["column", "what it is"], rows)

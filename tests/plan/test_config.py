@@ -104,7 +104,7 @@ def test_no_key_takes_nonsense_or_a_misspelt_name(kind):
         ("presets.standard.datasets.size_columns.n_blocks", [4, 5], "no entry for n_blocks = 4"),
         ("presets.standard.datasets.slips_u1.section_block", 6, "the chain has 5 blocks"),
         ("datasets.slips_u1.n_blocks", [1, 5], "section_block = 2: the chain has 1 blocks"),
-        ("datasets.slips_u1.section_position", REMOVED, "only for the last block there is a rule"),
+        ("datasets.slips_u1.section_position", REMOVED, "section_block needs one"),
         ("presets.standard.datasets.lifetimes.settle_time", 1e9, "must be less than duration"),
         ("presets.standard.defaults.noise", CONFIG, "unknown key 'preset' in presets.standard.def"),
         (

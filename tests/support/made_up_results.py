@@ -33,7 +33,7 @@ def tables(verdicts=None) -> tuple[pd.DataFrame, pd.DataFrame]:
             name = next(iter(readings)) if shared else f"{question} reading {index}"
             if not shared:
                 readings[name] = _measurement(criterion, wanted[question], index, len(readings))
-            named = type(criterion)(**vars(criterion) | {"reading": name, "tried": 1 + index % 3})
+            named = type(criterion)(**vars(criterion) | {"reading": name})
             answers[question] = measured._judged(named, readings)
         if claim.testable:
             readings[f"another reading of {index}"] = Measurement({}, {"other": sure(index)})

@@ -22,11 +22,8 @@ process.set_right()  # jobs inherit what is set here
 with one_line():
     FLOW = Workflow(config)
 RUN = FLOW.plan.run
+FILES = "beltrepro.replication.plan.io"  # code behind what reads or joins files of results
 os.environ[lock.RUN] = str(os.getpid())  # jobs must not outlive this process
-
-# Snakemake formats this path, and would take braces in that of the project for wildcards.
-ENVIRONMENT = workflow.source_path("../envs/beltrepro.yaml")
-ENVIRONMENT = ENVIRONMENT.replace("{", "{{").replace("}", "}}")
 
 
 pathvars:

@@ -13,8 +13,6 @@ rule compile:
         "<logs>/kernels/{method}.log",
     benchmark:
         "<benchmarks>/kernels/{method}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         code=FLOW.code("compile", "beltrepro.extras.cache"),
     message:
@@ -36,11 +34,10 @@ rule simulate:
         "<benchmarks>/batches/{dataset}/{batch}.tsv"
     wildcard_constraints:
         batch="[0-9]+",
-    conda:
-        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset, wildcards.get("batch")),
         points=FLOW.points,
+        arrays=lambda wildcards: [*FLOW.plan.datasets[wildcards.dataset].kind.recorded],
         code=FLOW.code_of_batch,
     message:
         "Simulating batch {wildcards.batch} of {wildcards.dataset}"
@@ -75,11 +72,9 @@ rule join:
         "<logs>/datasets/{dataset}.log",
     benchmark:
         "<benchmarks>/datasets/{dataset}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.spec(wildcards.dataset),
-        code=lambda wildcards: FLOW.code("join", "beltrepro.replication.plan.io"),
+        code=lambda wildcards: FLOW.code("join", FILES),
     message:
         "Joining the batches of {wildcards.dataset}"
     script:
@@ -97,12 +92,11 @@ rule film:
         "<logs>/experiment/{film}.log",
     benchmark:
         "<benchmarks>/experiment/{film}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         spec=lambda wildcards: FLOW.plan.films[wildcards.film],
         code=lambda wildcards: FLOW.code(
             "film",
+            FILES,
             "beltrepro.replication.camera.camera",
             "beltrepro.replication.camera.track",
         ),

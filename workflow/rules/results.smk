@@ -5,20 +5,16 @@
 rule derive:
     "Derive a table from datasets."
     input:
-        unpack(lambda wildcards: FLOW.files(FLOW.table(wildcards).uses)),
+        unpack(lambda wildcards: FLOW.files(FLOW.tables[wildcards.table].uses)),
     output:
-        table="<results>/{table}.csv",
+        table="<results>/tables/{table}.csv",
     log:
-        "<logs>/{table}.log",
+        "<logs>/tables/{table}.log",
     benchmark:
-        "<benchmarks>/{table}.tsv"
-    conda:
-        ENVIRONMENT
+        "<benchmarks>/tables/{table}.tsv"
     params:
-        module=lambda wildcards: FLOW.table(wildcards).module,
-        title=lambda wildcards: FLOW.table(wildcards).title,
-        columns=lambda wildcards: FLOW.table(wildcards).columns,
-        code=lambda wildcards: FLOW.code("derive", FLOW.table(wildcards).module),
+        about=lambda wildcards: vars(FLOW.tables[wildcards.table]),
+        code=lambda wildcards: FLOW.code("derive", FILES, FLOW.tables[wildcards.table].module),
     message:
         "Deriving {wildcards.table}.csv"
     script:
@@ -36,12 +32,11 @@ rule draw:
         "<logs>/figures/{figure}.log",
     benchmark:
         "<benchmarks>/figures/{figure}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         module=lambda wildcards: FLOW.figures[wildcards.figure].module,
         code=lambda wildcards: FLOW.code(
             "figure",
+            FILES,
             FLOW.figures[wildcards.figure].module,
             "beltrepro.replication.drawing.style",
         ),
@@ -71,14 +66,6 @@ for name, entry in FLOW.figures.items():
     workflow.get_rule(name).docstring = entry.title
 
 
-rule agreement:
-    "Whether the two integrators agree: agreement.csv and its figures."
-    input:
-        FLOW.made["agreement"],
-        FLOW.drawn("png", "pdf", category="Integrators compared"),
-    localrule: True
-
-
 rule claims:
     "A verdict for every claim of the paper, and the numbers it rests on."
     input:
@@ -90,12 +77,14 @@ rule claims:
         "<logs>/claims.log",
     benchmark:
         "<benchmarks>/claims.tsv"
-    conda:
-        ENVIRONMENT
     params:
         settings=FLOW.plan.settings(),
         shown={name: figure.shows for name, figure in FLOW.figures.items()},
-        code=lambda wildcards: FLOW.code("claims", "beltrepro.replication.studies.every_claim"),
+        code=lambda wildcards: FLOW.code(
+            "claims",
+            FILES,
+            "beltrepro.replication.studies.every_claim",
+        ),
     message:
         "Measuring the claims"
     script:
@@ -110,15 +99,12 @@ rule report:
         claims="<results>/claims.csv",
         estimates="<results>/estimates.csv",
         figures=FLOW.drawn("png"),
-        compared=FLOW.compared(),
     output:
         "<results>/report.html",
     log:
         "<logs>/report.log",
     benchmark:
         "<benchmarks>/report.tsv"
-    conda:
-        ENVIRONMENT
     params:
         preset=FLOW.plan.preset,
         settings=FLOW.plan.settings(),

@@ -7,10 +7,10 @@ from beltrepro.replication.plan import io, scripting
 
 
 def main(job):
-    path, params = Path(job.output[0]), job.params
+    path, about = Path(job.output[0]), job.params.about
     data, sources = io.load(dict(job.input.items()))
-    table = getattr(importlib.import_module(params.module), path.stem)(data)
-    io.write_table(path, table, title=params.title, columns=params.columns, sources=sources)
+    table = getattr(importlib.import_module(about["module"]), path.stem)(data)
+    io.write_table(path, table, title=about["title"], columns=about["columns"], sources=sources)
 
 
 if __name__ == "__main__":

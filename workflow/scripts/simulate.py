@@ -3,17 +3,19 @@
 import numba
 
 from beltrepro.base.progress import Progress
-from beltrepro.replication.plan import io, kinds, scripting
+from beltrepro.replication.plan import io, scripting
+from beltrepro.replication.plan.batch import record
+from beltrepro.replication.plan.kinds import KINDS
 from beltrepro.replication.plan.points import points_of
 
 
 def main(job):
     # By itself it takes all cores.
     numba.set_num_threads(min(job.threads, numba.config.NUMBA_NUM_THREADS))
-    spec = job.params.spec
+    spec, arrays = job.params.spec, job.params.arrays
     points = points_of(job.params.points)
     progress = Progress(f"{spec['dataset']}: {len(points)} points")
-    recorded = kinds.record(spec["kind"], points, spec["settings"], progress)
+    recorded = record(KINDS[spec["kind"]].record, arrays, points, spec["settings"], progress)
     io.write(job.output[0], spec, recorded)
 
 

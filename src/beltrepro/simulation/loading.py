@@ -8,7 +8,7 @@ import numpy as np
 
 from beltrepro.engine.integrator import Integrator
 from beltrepro.model.energy import slow_unit
-from beltrepro.model.parameters import LONGEST
+from beltrepro.model.parameters import LONGEST, ChainParameters
 from beltrepro.model.spring import balance_length
 from beltrepro.observe.length import LengthHistory
 from beltrepro.simulation.groups import Group, observe
@@ -89,15 +89,18 @@ class LoadingWatch:
 
     def _brief(self, case: Case) -> bool:
         """Whether a run, no piece of a longer one, measures less than the belt takes to load it."""
-        chain = case.parameters
-        whole = (balance_length(chain) - chain.rest_positions[-1]) / chain.belt_velocity
+        whole = _rise(case.parameters, case.parameters.rest_positions)
         return not _age(case) and self._duration - self._transient < whole
 
 
 def _loading_time(case: Case) -> float:
-    """Time in which the belt brings the last block to where springs and friction balance."""
+    """Time that loading takes from where a chain has begun to move."""
     chain = case.parameters
-    begun = chain.rest_positions if _age(case) else case.state.positions
+    return _rise(chain, chain.rest_positions if _age(case) else case.state.positions)
+
+
+def _rise(chain: ChainParameters, begun: np.ndarray) -> float:
+    """Time in which the belt brings the last block to where springs and friction balance."""
     return float(balance_length(chain) - begun[-1]) / chain.belt_velocity
 
 

@@ -24,24 +24,15 @@ from beltrepro.simulation.starts import slipping_state
 from beltrepro.simulation.trajectories import simulate
 
 Arrays = dict[str, np.ndarray]
-ATTRACTOR = np.dtype(
-    [
-        *(("point", "i4"), ("attractor", "i4"), ("state", "U16"), ("period_time", "f8")),
-        *(("period_events", "i4"), ("largest_multiplier", "f8"), ("disorder_parameter", "f8")),
-    ]
-)
-BRANCH = np.dtype(
-    [
-        *(("point", "i4"), ("attractor", "i4"), ("belt_velocity", "f8")),
-        *(("disorder_parameter", "f8"), ("period_time", "f8"), ("period_events", "i4")),
-        *(("end", "U18"), ("end_block", "i4")),
-    ]
-)
+_LABEL, _R = [("point", "i4"), ("attractor", "i4")], ("disorder_parameter", "f8")
+_PERIOD = [("period_time", "f8"), ("period_events", "i4")]
+_END = [("end", "U18"), ("end_block", "i4")]
+ATTRACTOR = np.dtype([*_LABEL, ("state", "U16"), *_PERIOD, ("largest_multiplier", "f8"), _R])
+BRANCH = np.dtype([*_LABEL, ("belt_velocity", "f8"), _R, *_PERIOD, *_END])
 BIRTH = np.dtype(
     [
         *(("point", "i4"), ("period_events", "i4"), ("friction_ratio", "f8")),
-        *(("belt_velocity", "f8"), ("disorder_parameter", "f8"), ("largest_multiplier", "f8")),
-        *(("end", "U18"), ("end_block", "i4")),
+        *(("belt_velocity", "f8"), _R, ("largest_multiplier", "f8"), *_END),
     ]
 )
 _APART = 0.01  # between friction ratios at which an orbit is closed on the way

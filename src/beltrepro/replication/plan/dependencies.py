@@ -20,7 +20,6 @@ INTEGRATORS = {
     "event": f"{PACKAGE}.engine.event_integrator",
     "verlet": f"{PACKAGE}.engine.verlet_integrator",
 }
-KINDS = f"{PACKAGE}.replication.plan.kinds"
 WORDS = "words.yaml"  # captions: only the report prints them, others are told theirs as parameters
 _NO_DATA = (".md", ".py", ".pyc", ".nbi", ".nbc")  # pages, sources, caches of Python and Numba
 
@@ -48,14 +47,12 @@ def code_hash(
 def _graph(methods: tuple[str, ...]) -> grimp.ImportGraph:
     """Who imports whom; for methods, as if simulations knew only their integrators.
 
-    What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is. A
-    job that simulates nothing uses of the kinds of datasets only what their files hold.
+    What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is.
     """
     graph = grimp.build_graph(PACKAGE, cache_dir=None, exclude_type_checking_imports=True)
     simulation = {one for one in graph.modules if one.startswith(f"{PACKAGE}.simulation")}
     others = {module for name, module in INTEGRATORS.items() if name not in methods}
-    cut = product(simulation, others) if methods else product([KINDS], simulation)
-    for importer, imported in cut:
+    for importer, imported in product(simulation, others) if methods else ():
         if graph.direct_import_exists(importer=importer, imported=imported):
             graph.remove_import(importer=importer, imported=imported)
     return graph

@@ -153,9 +153,7 @@ def read_table(path: str | Path, **how: Any) -> pd.DataFrame:
 
     try:
         table = pd.read_csv(StringIO(rows(path)), **how)
-    except ValueError as error:  # what pandas raises is of it, too
-        if isinstance(error, InputError):
-            raise
+    except (pd.errors.EmptyDataError, pd.errors.ParserError) as error:
         raise InputError(f"{path}: not a table of comma-separated values ({error})") from None
     if not isinstance(table.index, pd.RangeIndex):  # pandas takes the first cells for names
         raise InputError(f"{path}: its rows have more cells than its first line has columns")

@@ -2,25 +2,21 @@
 arrays that makes.
 
 From here follow what config.yaml may give, what a job is told, how files of batches are joined, and
-what every array in a file says of itself. The code behind a dataset is that of its function.
+what every array in a file says of itself. The code behind a dataset is that of its function and of
+`batch`.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from pkgutil import resolve_name
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
-
-import numpy as np
 
 from beltrepro.base.provenance import PACKAGE
 from beltrepro.model.friction import noise_beyond_event
-from beltrepro.replication.plan.points import QUANTITIES, UNITS, WORDS, Point, chain, columns
+from beltrepro.replication.plan.points import QUANTITIES, UNITS, WORDS, Point, chain
 
 POINT = "point"  # name of the axis along which batches are joined
 # ends of the names by which tables, figures and claims ask for a film, and for what is tracked
 FILM, TRACK = "_film", "_track"
 FILMED = ("positions", "velocities")  # samples without which nothing can be filmed
-
-Arrays = dict[str, np.ndarray]
 
 
 class Array(NamedTuple):
@@ -93,7 +89,7 @@ class Kind(NamedTuple):
             if block > (smallest := min(point.n_blocks for point in points)):
                 yield f"section_block = {block}: the chain has {smallest} blocks"
             if settings["section_position"] is None:
-                yield "section_position is missing: only for the last block there is a rule"
+                yield "section_position is missing: section_block needs one, for the file to name"
         interval = settings.get("sample_interval", 0)
         for step in {point.time_step for point in points if point.method == "verlet"}:
             if abs(round(interval / step) * step - interval) > 1e-9 * interval:
@@ -110,82 +106,17 @@ def _array(row: str) -> Array:
     return Array(unit, tuple(dimensions.split(", ")), symbol, text, fields)
 
 
-# --- functions ------------------------------------------------------------------------------------
 # They are named, and imported where they run: to plan must not wait for numba.
-
-
-def record(
-    kind: str,
-    points: Sequence[Point],
-    settings: dict,
-    progress: Callable[[float], None] | None = None,
-) -> Arrays:
-    """Simulate points and record what their kind says."""
-    from beltrepro.simulation.setup import Setup
-
-    names = ("method", "time_step", "seed", "replicate", "initial_spread")
-    numerics: dict = {name: [getattr(point, name) for point in points] for name in names}
-    setup = Setup([chain(point) for point in points], **numerics)
-    simulate: Callable[..., Arrays] = resolve_name(KINDS[kind].record)
-    measured = simulate(setup, **settings, progress=progress)
-    # a scan has more than its file: the sum rule, which says of each number that it is N k
-    kept = KINDS[kind].recorded
-    return columns(points) | {name: measured[name] for name in measured if name in kept}
-
-
-def series(setup, *, samples, transient, **settings):
-    """Samples from the transient on, those of smaller chains filled up with NaN, and events."""
-    from beltrepro.simulation.trajectories import simulate
-
-    runs = simulate(setup, transient=transient, sample_start=transient, **settings)
-    shape = len(runs), runs[0].time.size, max(run.parameters.n_blocks for run in runs)
-    sampled = {name: np.full(shape, np.nan) for name in samples}
-    late = [run.events[run.events["time"] >= transient] for run in runs]
-    counts = list(map(len, late))
-    events = np.empty(sum(counts), [(POINT, "i4"), *late[0].dtype.descr])
-    events[POINT] = np.repeat(np.arange(len(runs)), counts)
-    for name in late[0].dtype.names:
-        events[name] = np.concatenate([table[name] for table in late])
-    for row, run in enumerate(runs):
-        for name, values in sampled.items():
-            values[row, :, : run.parameters.n_blocks] = getattr(run, name)
-    numbers = ("mean_length", "disorder_parameter", "energy_residual")
-    of_runs = {name: np.array([getattr(run, name) for run in runs]) for name in numbers}
-    return of_runs | {"time": runs[0].time} | sampled | {"events": events}
-
-
-def density(setup, *, section_from, section_bins, **settings):
-    """A scan that counts all crossings by v_N, in bins of one width up to 0."""
-    from beltrepro.simulation.scans import scan
-
-    edges = np.linspace(section_from, 0.0, section_bins + 1)
-    return scan(setup, section_bins=edges, **settings) | {"section_bins": edges}
-
-
-def section(setup, **settings):
-    """The last block where any block crosses a section, in single precision: these are many."""
-    from beltrepro.simulation.catalogues import catalogue
-
-    states = catalogue(setup, **settings)["section"]
-    crossings = np.empty(len(states), [(POINT, "i4"), ("position", "f4"), ("velocity", "f4")])
-    crossings[POINT] = states["point"]
-    crossings["position"] = states["positions"][:, -1]
-    crossings["velocity"] = states["velocities"][:, -1]
-    return {"crossings": crossings}
-
-
-# --- kinds ----------------------------------------------------------------------------------------
-
 _RECORDED = (
     ("scan", "simulation.scans:scan",
      "duration transient section_position section_values laminar_time"),
-    ("density", "replication.plan.kinds:density",
+    ("density", "replication.plan.sections:density",
      "duration transient section_position section_from section_bins laminar_time"),
-    ("series", "replication.plan.kinds:series",
+    ("series", "replication.plan.series:series",
      "duration transient sample_interval samples"),
     ("catalogue", "simulation.catalogues:catalogue",
      "duration transient section_block section_position"),
-    ("section", "replication.plan.kinds:section",
+    ("section", "replication.plan.sections:section",
      "duration transient section_block section_position"),
     ("escapes", "simulation.scans:time_to_continuous_slip",
      "duration settle_time laminar_time"),

@@ -37,11 +37,6 @@ class Table(_Entry):
 
     # what single columns are, with their unit; quantities of a point explain themselves
     columns: dict[str, str] = field(default_factory=dict)
-    on_top: bool = False  # whether the file lies at the top of the results, and not in tables/
-
-    def file(self, name: str) -> str:
-        """Path of the table of this name below the results, without suffix."""
-        return name if self.on_top else f"tables/{name}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,8 @@ from beltrepro.replication.plan.kinds import FILM, TRACK
 from beltrepro.replication.plan.plan import FIRST_BATCH, make_plan
 from beltrepro.replication.plan.points import plain, points_of
 
+BATCH = "beltrepro.replication.plan.batch"
+
 
 @contextmanager
 def one_line() -> Iterator[None]:
@@ -102,7 +104,7 @@ class Workflow:
         self.made = {  # of datasets: all but these
             **{f"{name}{FILM}": f"<results>/experiment/{name}.mp4" for name in films},
             **{f"{name}{TRACK}": f"<results>/experiment/{name}.csv" for name in films},
-            **{name: f"<results>/{table.file(name)}.csv" for name, table in self.tables.items()},
+            **{name: f"<results>/tables/{name}.csv" for name in self.tables},
         }
         self.datasets = {name: f"<results>/datasets/{name}.h5" for name in self.plan.datasets}
         self.judged = [*self.datasets, *(f"{name}{TRACK}" for name in films)]
@@ -115,7 +117,7 @@ class Workflow:
             "dataset": "|".join(self.datasets),
             "method": "|".join(dependencies.INTEGRATORS),
             "film": "|".join(self.plan.films),
-            "table": "|".join(table.file(name) for name, table in self.tables.items()),
+            "table": "|".join(self.tables),
             "figure": "|".join(self.figures),
         }
 
@@ -123,30 +125,14 @@ class Workflow:
         """Files of datasets, tables, films and tracks by name."""
         return {name: (self.datasets | self.made)[name] for name in names}
 
-    def table(self, wildcards: Any) -> registry.Table:
-        """What a table says of itself; its file lies in tables/ or at the top of the results."""
-        return self.tables[Path(wildcards.table).name]
-
     def batches(self, wildcards: Any) -> list[str]:
         """Files of the batches of a dataset."""
         batches = self.plan.datasets[wildcards.dataset].batches
         return [f"<results>/batches/{wildcards.dataset}/{batch}.h5" for batch in batches]
 
-    def drawn(self, *endings: str, category: str | None = None) -> list[str]:
-        """Files of all figures, or of those of one category."""
-        return [
-            f"<results>/figures/{name}.{ending}"
-            for name, figure in self.figures.items()
-            if category in (None, figure.category)
-            for ending in endings
-        ]
-
-    def compared(self) -> list[str]:
-        """Tables of claims of other runs: those here, or published in docs/results."""
-        tables: dict[str, str] = {}
-        for folder in ("docs/results", "results"):
-            tables |= {path.parent.name: str(path) for path in Path(folder).glob("*/claims.csv")}
-        return [path for name, path in sorted(tables.items()) if name != self.plan.run]
+    def drawn(self, *endings: str) -> list[str]:
+        """Files of all figures."""
+        return [f"<results>/figures/{name}.{ending}" for name in self.figures for ending in endings]
 
     def code(self, script: str, *functions: str, **how: Any) -> str:
         """Hash of the code behind a script and the functions that it calls."""
@@ -163,9 +149,9 @@ class Workflow:
         return plain(dataset.batches[wildcards.get("batch", FIRST_BATCH)])
 
     def code_of_batch(self, wildcards: Any) -> str:
-        """Code behind a batch: the function of its kind, and the integrators of its points."""
+        """Code behind a batch: what records it, and the integrators of its points."""
         kind = self.plan.datasets[wildcards.dataset].kind
-        return self.code("simulate", kind.record, methods=self._methods(wildcards))
+        return self.code("simulate", BATCH, kind.record, methods=self._methods(wildcards))
 
     def kernels(self, wildcards: Any) -> list[str]:
         """What says that the integrators of a batch are compiled."""

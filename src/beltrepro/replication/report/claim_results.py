@@ -2,25 +2,18 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from beltrepro.base.errors import InputError
-from beltrepro.base.names import hint, one_of
+from beltrepro.base.names import one_of
 from beltrepro.replication.plan import io
-from beltrepro.replication.verdicts.criteria import (
-    IN_PART,
-    NO,
-    QUESTIONS,
-    VERDICTS,
-    YES,
-)
+from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS
 from beltrepro.replication.verdicts.ledger import Claim, load_ledger
 from beltrepro.stats.estimates import Estimate
 
-T = TypeVar("T")
+_NUMBERS = ("value", "low", "high", "runs", "allowed_low", "allowed_high")
 
 
 class Number(NamedTuple):
@@ -34,26 +27,18 @@ class Number(NamedTuple):
 
 @dataclass(frozen=True)
 class Answer:
-    """What a run says to one of the two questions; the texts stand in the table of claims."""
+    """What a run says to one of the two questions."""
 
     verdict: str
     found: str  # as a sentence; why there is no verdict where nothing was measured
     reading: str  # which one counts; empty if there is but one
-    tried: str  # readings that were tried until this one gave the printed number
-    how: str
-    criterion: str
-    because: str
-    reason: str
-    runs: str
+    runs: str  # fewest of a number that decides
     numbers: dict[str, Number] = field(hash=False)  # of its reading
 
     @property
     def judged(self) -> list[Number]:
         """The numbers that decide."""
         return [number for number in self.numbers.values() if number.verdict]
-
-
-_TEXTS = [text.name for text in fields(Answer)[1:-1]]
 
 
 @dataclass(frozen=True)
@@ -82,39 +67,18 @@ class Result:
 Results = dict[str, Result]
 
 
-class _Row(NamedTuple):
-    """A row of estimates.csv."""
-
-    claim: str
-    reading: str
-    questions: list[str]  # for which its number decides
-    number: Number
-    figures: set[str]
-
-
 def read(folder: Path) -> Results:
     """The claims of a run by id, in the order of the ledger."""
-    paths = folder / "claims.csv", folder / "estimates.csv"
-    claims, estimates = map(io.read_as_text, paths)
-    numbers = defaultdict(list)
-    for row in _values(paths[1], estimates, _number):
-        numbers[row.claim].append(row)
-    results = _values(paths[0], claims, lambda row: _result(row, numbers[row["id"]]))
-    return {result.id: result for result in results}
-
-
-def _values(path: Path, rows: list[dict], value_of: Callable[[dict], T]) -> Iterator[T]:
-    """Each row of a table as a value; one line for the first that is none."""
-    for place, row in enumerate(rows, 1):
-        try:
-            if row["id"] not in load_ledger():
-                near = hint(row["id"], load_ledger())
-                raise ValueError(f"id = {row['id']!r}: no claim of this version{near}")
-            yield value_of(row)
-        except KeyError as error:
-            raise InputError(f"{path}: made by an earlier version, without {error}") from None
-        except ValueError as error:
-            raise InputError(f"{path}: row {place}: {error}") from None
+    claims, estimates = (
+        io.read_as_text(folder / f"{name}.csv") for name in ("claims", "estimates")
+    )
+    rows = defaultdict(list)
+    try:
+        for row in estimates:
+            rows[row["id"]].append(row)
+        return {row["id"]: _result(row, rows[row["id"]]) for row in claims}
+    except (KeyError, ValueError) as error:
+        raise InputError(f"{folder}: tables made by an earlier version ({error})") from None
 
 
 def statements(results: Results) -> list[Result]:
@@ -131,75 +95,23 @@ def count(results: Results) -> dict[str, dict[str, int]]:
     }
 
 
-class OtherRun(NamedTuple):
-    """Another run beside this one: statements that both decide, by the same criterion."""
-
-    name: str
-    # by question: how many both decide, how many of them alike, and how many yes against no
-    agreement: dict[str, tuple[int, int, int]]
-    differing: list[tuple[str, str, str, str]]  # statement, question, verdicts of this and of that
-
-
-def compare(results: Results, claims_csv: Path) -> OtherRun:
-    """Compare with the table of claims of another run."""
-    other = OtherRun(claims_csv.parent.name, {}, [])
-    rows = io.read_as_text(claims_csv)
-    for question in QUESTIONS:
-        key = ("id", f"{question}_criterion", f"{question}_reading")
-        # tables of earlier versions lack these columns: nothing in them is compared
-        theirs = {tuple(map(row.get, key)): row.get(question) for row in rows}
-        pairs = []
-        for result in statements(results):
-            answer = result.answers[question]
-            pair = answer.verdict, theirs.get((result.id, answer.criterion, answer.reading))
-            if {*pair} <= {YES, IN_PART, NO}:
-                pairs.append(pair)
-                if pair[0] != pair[1]:
-                    other.differing.append((result.id, question, *pair))
-        opposed = sum({*pair} == {YES, NO} for pair in pairs)
-        alike = sum(ours == their for ours, their in pairs)
-        other.agreement[question] = len(pairs), alike, opposed
-    return other
-
-
-def _number(row: dict[str, str]) -> _Row:
-    """A row of estimates.csv, of which the one that decides has a range and a verdict."""
-    names = ("value", "low", "high", "runs", "allowed_low", "allowed_high")
-    value, low, high, runs, *allowed = (_float(name, row[name]) for name in names)
-    questions = row["decides"].split(", ") if row["decides"] else []
-    if questions:
-        one_of("verdict", row["verdict"], VERDICTS)
-        if any(map(math.isnan, allowed)):
-            raise ValueError("decides, and has no allowed_low or allowed_high")
-    estimate = Estimate(value, low, high, None if math.isnan(runs) else int(runs))
-    number = Number(row["name"], estimate, (allowed[0], allowed[1]), row["verdict"])
-    figures = set(filter(None, row["figures"].split(", ")))
-    return _Row(row["id"], row["reading"], questions, number, figures)
-
-
-def _float(name: str, cell: str) -> float:
-    """The number in a cell; NaN for none."""
-    try:
-        return float(cell or "nan")
-    except ValueError:
-        raise ValueError(f"{name} = {cell!r}: not a number") from None
-
-
-def _result(row: dict[str, str], numbers: list[_Row]) -> Result:
+def _result(row: dict[str, str], rows: list[dict[str, str]]) -> Result:
     """A row of claims.csv, with its rows of estimates.csv."""
     readings: dict[str, dict[str, Estimate]] = defaultdict(dict)
-    for _, reading, _, number, _ in numbers:
-        readings[reading][number.name] = number.estimate
     answers = {}
     for question in QUESTIONS:
-        texts = (row[f"{question}_{name}"] for name in _TEXTS)
-        answer = Answer(one_of(question, row[question], VERDICTS), *texts, numbers={})
-        for _, reading, questions, number, _ in numbers:
-            if reading == answer.reading and question in questions:
+        texts = (row[f"{question}_{name}"] for name in ("found", "reading", "runs"))
+        answers[question] = Answer(one_of(question, row[question], VERDICTS), *texts, numbers={})
+    for one in rows:
+        value, low, high, runs, *allowed = (float(one[name] or "nan") for name in _NUMBERS)
+        estimate = Estimate(value, low, high, None if math.isnan(runs) else int(runs))
+        readings[one["reading"]][one["name"]] = estimate
+        for question, answer in answers.items():
+            if question in one["decides"] and one["reading"] == answer.reading:
+                number = Number(one["name"], estimate, (allowed[0], allowed[1]), one["verdict"])
                 answer.numbers[number.name] = number
-            elif reading == answer.reading:  # another question may judge it by another range
-                answer.numbers.setdefault(number.name, Number(number.name, number.estimate))
-        answers[question] = answer
+            elif one["reading"] == answer.reading:  # another question may judge it otherwise
+                answer.numbers.setdefault(one["name"], Number(one["name"], estimate))
     about = (row[name] for name in ("paper", "note", "dataset"))
-    figures = set().union(*(number.figures for number in numbers))
+    figures = {name for one in rows for name in one["figures"].split(", ") if name}
     return Result(load_ledger()[row["id"]], *about, answers, readings, figures)

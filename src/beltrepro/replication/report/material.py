@@ -12,7 +12,7 @@ import numpy as np
 from beltrepro.base import store
 from beltrepro.base.store import Dataset
 from beltrepro.replication.plan import registry
-from beltrepro.replication.report.claim_results import OtherRun, Results, compare, read
+from beltrepro.replication.report.claim_results import Results, read
 from beltrepro.replication.verdicts.ledger import read_yaml
 
 ROOM = "beltrepro.replication.report"
@@ -36,11 +36,6 @@ class Material:
     def claims(self) -> Results:
         """The claims of the run by id."""
         return read(self.files["claims"][0].parent)
-
-    @functools.cached_property
-    def others(self) -> list[OtherRun]:
-        """Verdicts of other runs beside those of this one."""
-        return [compare(self.claims, path) for path in self.files.get("compared", [])]
 
     @functools.cached_property
     def datasets(self) -> list[dict]:

@@ -67,8 +67,13 @@ def _body(section: PageSection, material: Material) -> Markup:
     return Markup(_template(section.template).render(values, run=material, words=WORDS))
 
 
-@functools.cache
 def _template(name: str) -> jinja2.Template:
+    return _environment().get_template(f"templates/{name}.html.j2")
+
+
+@functools.cache
+def _environment() -> jinja2.Environment:
+    """What each template has: filters, the questions and verdicts, and the macros."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader(ROOM, "."),
         autoescape=True,
@@ -76,7 +81,6 @@ def _template(name: str) -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {"questions": QUESTIONS, "verdicts": VERDICTS}
     environment.filters |= {
         "slug": lambda verdict: verdict.replace(" ", "-"),
         "symbol": SYMBOLS.__getitem__,
@@ -88,7 +92,10 @@ def _template(name: str) -> jinja2.Template:
         "time": lambda seconds: timedelta(seconds=round(seconds)),
         "number": _number,
     }
-    return environment.get_template(f"templates/{name}.html.j2")
+    environment.globals |= {"questions": QUESTIONS, "verdicts": VERDICTS}
+    macros = environment.get_template("templates/macros.html.j2").module
+    environment.globals |= {name: made for name, made in vars(macros).items() if callable(made)}
+    return environment
 
 
 def _sentence(text: str) -> str:
@@ -164,10 +171,8 @@ SECTIONS = (
         ("agreement",),
         ("agreement_attractors", "agreement_disorder"),
     ),
-    PageSection("dates", "When it was judged", sections.dates, folded=True),
     PageSection("open_points", "What the paper leaves open", folded=True),
-    PageSection("presets", "Other presets", needs=("compared",), folded=True),
-    PageSection("deviations", "Deviations from the paper", sections.deviations, folded=True),
+    PageSection("deviations", "Deviations from the paper", folded=True),
     PageSection("runs", "What was run", folded=True),
     PageSection("times", "Time per rule", sections.times, folded=True),
     PageSection("environment", "Environment", sections.environment, folded=True),

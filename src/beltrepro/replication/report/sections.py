@@ -6,13 +6,12 @@ from collections import Counter
 
 import pandas as pd
 
-from beltrepro.replication.report.claim_results import Result, Results, count, statements
+from beltrepro.replication.report.claim_results import Result, count, statements
 from beltrepro.replication.report.findings import findings_of
 from beltrepro.replication.report.material import WORDS, Material
 from beltrepro.replication.verdicts.ledger import SEEN
 
 DECIDING = "n5_replicates"  # the dataset that most claims rest on
-PAPER_LENGTHS = ("2e6", "1e6")  # of runs, and of the part that is discarded
 
 
 # --- what was judged ------------------------------------------------------------------------------
@@ -21,6 +20,7 @@ PAPER_LENGTHS = ("2e6", "1e6")  # of runs, and of the part that is discarded
 def summary(material: Material) -> dict:
     """What was run in numbers, findings, claims counted by both verdicts, and trust."""
     results = material.claims
+    last = [one.claim.seen for one in statements(results) if one.claim.testable]
     answers = [answer for one in statements(results) for answer in one.answers.values()]
     runs = [number.estimate.runs for answer in answers for number in answer.judged]
     runs = [number for number in runs if number is not None]
@@ -36,7 +36,7 @@ def summary(material: Material) -> dict:
         "kinds": Counter(result.claim.kind for result in results.values()),
         "duration": float(material.settings["datasets"][DECIDING]["duration"]),
         "runs": runs and (statistics.median_low(runs), min(runs), max(runs)),
-        "seen": seen(results),
+        "seen": [last.count(name) for name in SEEN],  # when criteria were written or changed last
     }
 
 
@@ -54,23 +54,6 @@ def cards(material: Material) -> dict:
     }
 
 
-def dates(material: Material) -> dict:
-    """How many criteria are from after which runs, and those from after the published one."""
-    changes = [
-        (result.id, change)
-        for result in statements(material.claims)
-        for change in result.claim.history
-        if result.claim.testable and change.seen == SEEN[-1]
-    ]
-    return {"seen": seen(material.claims), "changes": changes}
-
-
-def seen(results: Results) -> list[int]:
-    """How many criteria were written or changed after what had been seen, as in `SEEN`."""
-    last = [one.claim.seen for one in statements(results) if one.claim.testable]
-    return [last.count(name) for name in SEEN]
-
-
 def _card(result: Result, pictures: list[dict]) -> dict:
     """The result, the figure of its number, and other pictures that show a number of it."""
     number = str(result.claim.figure or "")
@@ -83,23 +66,6 @@ def _card(result: Result, pictures: list[dict]) -> dict:
 # --- how the run was made -------------------------------------------------------------------------
 
 
-def deviations(material: Material) -> dict:
-    """Rows of texts: lengths other than the paper's, the other integrator, and the general ones."""
-    texts = WORDS["deviations_of_run"]
-    scans = [dataset for dataset in material.datasets if dataset["kind"] == "scan"]
-    table = pd.DataFrame(scans, columns=["name", "duration", "transient"])
-    rows = [
-        texts["length"]
-        | {"ours": f"t = {duration}, of which {transient} discarded", "where": ", ".join(names)}
-        for (duration, transient), names in table.groupby(["duration", "transient"])["name"]
-        if (duration, transient) != PAPER_LENGTHS
-    ]
-    by_events = [one["name"] for one in material.datasets if "event" in one["method"]]
-    if by_events:
-        rows.append(texts["integrator"] | {"where": ", ".join(by_events)})
-    return {"deviations": rows + WORDS["deviations"]}
-
-
 def times(material: Material) -> dict:
     """Jobs, time (s) and memory (MB) per kind of rule, from the benchmark files of Snakemake."""
     tables = [pd.DataFrame(columns=["s", "max_rss", "group"], dtype=float)]
@@ -109,9 +75,8 @@ def times(material: Material) -> dict:
         tables.append(pd.read_csv(path, sep="\t", na_values="-").assign(group=group))
     groups = pd.concat(tables).groupby("group")
     columns = {"jobs": ("s", "size"), "seconds": ("s", "sum"), "longest": ("s", "max")}
-    rows = groups.agg(**columns, memory_mb=("max_rss", "max")).fillna(0.0).to_dict("index")
-    names = WORDS["rules"] | {name: name for name in sorted(rows.keys() - WORDS["rules"].keys())}
-    return {"rules": [{"rule": names[name]} | rows[name] for name in names if name in rows]}
+    rows = groups.agg(**columns, memory_mb=("max_rss", "max")).fillna(0.0)
+    return {"rules": rows.rename_axis("rule").reset_index().to_dict("records")}
 
 
 def environment(material: Material) -> dict:

@@ -70,14 +70,10 @@ class Judgement:
 
 
 def judge(criterion: Criterion, measurement: Measurement) -> Judgement:
-    """Verdict of one measurement.
+    """Verdict of one measurement; docs/trust.md says when a number is right, in part, or wrong.
 
-    A number is right (yes) if its whole interval lies in the allowed range, or if the number itself
-    does and its interval goes no further than a lenient reader would. It is wrong (no) if the whole
-    interval lies outside what such a reader would allow, right in part if the interval lies inside
-    that and the number not in the allowed range, and open otherwise. One number that is surely
-    wrong decides: the statement does not hold as printed, whatever becomes of the others; it holds
-    in part if another one is right.
+    One number that is surely wrong decides: the statement does not hold as printed, whatever
+    becomes of the others; it holds in part if another one is right.
     """
     if criterion.untestable:
         return Judgement(NOT_TESTABLE, reason=criterion.untestable)
@@ -123,11 +119,7 @@ def _reason(grade: str, estimate: Estimate, allowed: Any) -> str:
 
 
 def sentence(template: str, numbers: dict[str, Estimate]) -> str:
-    """A sentence of the ledger with its numbers.
-
-    `{name}` is a number with its interval, `{value name}` the number alone, `{percent name}` a
-    share in percent, `{count name}` a share of runs as a count: "none of 13", and "none so far of
-    13" where longer runs may show another.
+    """A sentence of the ledger with its numbers in place of {name}, {value name} and the like.
 
     In place of a sentence with a number that was not found stands what was not found.
     """

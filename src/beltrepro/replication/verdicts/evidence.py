@@ -33,25 +33,12 @@ class Cut:
         """A row (n_blocks, noise) or column (n_blocks, belt_velocity) of a scan."""
         return cls(sections.cut(scan, **where), *_lengths(scan))
 
-    @property
-    def belt_velocity(self) -> np.ndarray:
-        """u of the points (P,)."""
-        return self.points["belt_velocity"]
-
-    @property
-    def noise(self) -> np.ndarray:
-        """sigma of the points (P,)."""
-        return self.points["noise"]
-
-    @property
-    def disorder(self) -> np.ndarray:
-        """r of the points (P,)."""
-        return self.points["disorder_parameter"]
-
-    @property
-    def velocities(self) -> np.ndarray:
-        """v_N at the section (P, V), NaN padded."""
-        return self.points["section_velocity"]
+    belt_velocity = property(lambda self: self.points["belt_velocity"], doc="u (P,).")
+    noise = property(lambda self: self.points["noise"], doc="sigma (P,).")
+    disorder = property(lambda self: self.points["disorder_parameter"], doc="r (P,).")
+    velocities = property(
+        lambda self: self.points["section_velocity"], doc="v_N (P, V), NaN padded."
+    )
 
     @cached_property
     def states(self) -> np.ndarray:

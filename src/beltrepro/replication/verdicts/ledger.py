@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib import resources
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import yaml
-
+from beltrepro.replication.plan import points
 from beltrepro.replication.verdicts.criteria import QUESTIONS, Criterion
 
 # The sections of the ledger in the order of the paper, and the study whose claims.yaml has each.
@@ -33,8 +33,6 @@ SECTIONS = {
     "fall": "fall",
 }
 REGISTRY: dict[str, dict[str, Callable]] = {}  # by claim and reading
-# PyYAML's own reader takes ten times as long; it is the one where libyaml is not to be had.
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # What a statement is about. A `construction` is true because the model is built so, `validation`
 # tests our own camera, a `recording` is not to be compared: the recordings are not published. An
 # `explanation` is not in the paper: it is ours, and has one criterion.
@@ -130,8 +128,7 @@ def readings_of(identifier: str, evidence: Any) -> Any:
 
 def read_yaml(room: str, name: str) -> Any:
     """Content of a YAML file that is part of the package."""
-    text = resources.files(room).joinpath(name).read_text(encoding="utf-8")
-    return yaml.load(text, Loader=_LOADER)
+    return points.read_yaml(Path(str(resources.files(room).joinpath(name))))
 
 
 def printed(identifier: str) -> Any:

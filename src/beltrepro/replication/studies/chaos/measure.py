@@ -123,29 +123,19 @@ def section_dimension(points: np.ndarray, n_groups: int) -> Estimate:
 
 # --- what the page says ---------------------------------------------------------------------------
 
-TOLD_BY = ("motions", "mean_lifetimes", "noisy_motions")
-_LOW = 15.0  # belt velocity up to which no orbit of continuous slip competes
+TOLD_BY = ("motions", "noisy_motions")
 _STATES = (PERIODIC, QUASI_PERIODIC, *UNSETTLED)
 
 
 def describe(tables: dict[str, pd.DataFrame], _settings: dict) -> dict:
-    motions, lifetimes, noisy = (tables[name] for name in TOLD_BY)
-    lifetimes = lifetimes.drop_duplicates(list(POINT), keep="last")  # the longest runs come last
-    five, others = (lifetimes[(lifetimes["n_blocks"] == 5) == chosen] for chosen in (True, False))
-    above = five["exponent"] > ERRORS * five["exponent_error"]
+    motions, noisy = (tables[name] for name in TOLD_BY)
     sizes = [_size(n_blocks, points) for n_blocks, points in motions.groupby("n_blocks")]
     mostly = takewhile(lambda row: 2 * row["chaotic"] >= row["runs"], reversed(sizes))
     return {
         "sizes": sizes,
         # from which on at least half of the runs are chaotic for every larger N
         "onset": min((row["n_blocks"] for row in mostly), default=None),
-        "five": _settled(five)
-        | {"points": len(five), "above": above.sum()}
-        | {"open": _span(five.loc[five["settled"] < five["runs"], "belt_velocity"])},
-        "five_rows": five.to_dict("records"),
-        "others": {n_blocks: _settled(points) for n_blocks, points in others.groupby("n_blocks")},
         "noise": {u: _under_noise(levels) for u, levels in noisy.groupby("belt_velocity")},
-        "disorder": _disorder(motions),
     }
 
 
@@ -162,27 +152,12 @@ def _size(n_blocks: int, points: pd.DataFrame) -> dict:
     }
 
 
-def _settled(points: pd.DataFrame) -> dict:
-    """How many runs settled, and how many points are of which verdict."""
-    verdicts = points["verdict"].value_counts()
-    words = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
-    return {"settled": points["settled"].sum(), "runs": points["runs"].sum(), "verdicts": words}
-
-
 def _under_noise(levels: pd.DataFrame) -> dict:
     """At which noise levels the exponent is above zero, and its range."""
     exponent, error = levels["exponent"], levels["error"]
     above = levels.loc[exponent > ERRORS * error, "noise"]
     ends = {"low": exponent.min(), "high": exponent.max(), "error": error.max()}
     return ends | {"levels": len(levels), "span": _span(levels["noise"]), "above": _span(above)}
-
-
-def _disorder(motions: pd.DataFrame) -> dict | None:
-    """How r of irregular runs compares with that of periodic ones, where u is low."""
-    low = motions[motions["belt_velocity"] <= _LOW]
-    apart = np.abs(low["r_irregular"] / low["r_periodic"] - 1).dropna()
-    numbers = {"points": apart.size, "median": apart.median(), "most": apart.max()}
-    return numbers | {"up_to": _LOW} if apart.size else None
 
 
 def _span(values: pd.Series) -> str:

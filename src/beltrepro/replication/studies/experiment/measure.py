@@ -240,25 +240,11 @@ def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
             "trials": int(free["runs"].sum()),
             "ratios": _span(free.loc[free["all_slip"] > 0, "friction_ratio"]),
         },
-        "alternating": _alternating(free),
     }
 
 
-def _alternating(table: pd.DataFrame) -> list[dict]:
-    """For each noise, the belt velocities at which half of the trials or more alternate."""
-    rows = []
-    printed = table[np.isclose(table["friction_ratio"], FRICTION_RATIO)]
-    for noise, points in printed.groupby("noise"):
-        share_there = points["alternating"] / points["runs"]
-        velocity = points.loc[share_there >= 0.5, "belt_velocity"]
-        row = {"noise": noise, "runs": points["runs"].min(), "most": share_there.max()}
-        row |= {"u": _span(velocity, ".3g"), "m_s": _span(to_si(velocity, "velocity"), ".2f")}
-        rows.append(row)
-    return rows
-
-
-def _span(values, form: str = "g") -> str:
+def _span(values) -> str:
     """The ends of a range; its value if there is one only, and nothing if there is none."""
     values = np.unique(values)
     ends = values[[0, -1]] if values.size > 1 else values
-    return " to ".join(f"{value:{form}}" for value in ends)
+    return " to ".join(f"{value:g}" for value in ends)

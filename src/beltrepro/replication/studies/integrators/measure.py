@@ -24,7 +24,6 @@ TABLES = {
             "pairs_states_verlet",
             "pairs_states_event",
         ),
-        on_top=True,
     ),
 }
 
@@ -274,25 +273,16 @@ PARTS = {
     "slips": ("Slips and section points", "pairs_slips_verlet"),
     "attractors": ("Attractors and lifetimes without noise", "pairs_states_verlet"),
 }
-SHOWN = (DISORDER, STILL_STICKING, FINAL_DISORDER)
 
 
 def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
     comparisons = tables["agreement"]
-    final = comparisons[comparisons["quantity"] == FINAL_DISORDER]
-    final = final[np.isclose(final["time_step"], settings["defaults"]["time_step"])]
-    differ = final[final["verdict"] == DIFFER]
-    wide = (differ["initial_spread"] == final["initial_spread"].max()).any()
     return {
-        "methods": {role: comparisons[role].iloc[0] for role in ("tested", "reference")},
-        "infinity": np.inf,
         "level": LEVEL,
         "verdicts": VERDICTS,
         "parts": {part: title for part, (title, _) in PARTS.items()},
         "lengths": {part: settings["datasets"][name] for part, (_, name) in PARTS.items()},
-        "ends": {"points": len(final), "differ": len(differ), "wide": wide},
         "families": [_family(rows) for _, rows in comparisons.groupby(_FAMILY, **_IN_ORDER)],
-        "comparisons": comparisons[comparisons["quantity"].isin(SHOWN)].to_dict("records"),
     }
 
 
