@@ -98,7 +98,7 @@ def is_spectrum(panel, data, prefactor, exponent):
     stretches = np.split(position[: position.size // count * count], count)
     powers = [spectra.power_spectrum(part, interval) for part in stretches]
     law = spectra.fit_power_law(*np.mean(powers, axis=0), low=0.003, high=0.3)
-    assert 4 <= count <= 20
+    assert 6 <= count <= 20
     ends = np.array([0.003, 0.3])
     fitted, paper = panel.curve("fit: "), panel.curve(f"paper: ${prefactor}")
     assert f"{law.exponent / 2:.2f}" in fitted.label

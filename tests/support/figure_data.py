@@ -176,7 +176,8 @@ def catalogue(n_blocks=5, *, points=900, repeats=0, method="verlet", count=1200)
         "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
     }
     events = append_fields(events, list(more), list(more.values()), usemask=False)
-    fields = [("point", "i4"), ("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
+    fields = [("point", "i4"), ("time", "f8")]
+    fields += [("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
     section = np.zeros(points, fields)
     section["point"] = np.arange(points) % 2
     section["positions"] = 300 + rng.uniform(0, 90, (points, n_blocks))
@@ -352,7 +353,7 @@ def dataset(name):
     """The dataset or table of this name; do not change it in place."""
     made = {
         "friction_event": friction_event,
-        "u1": lambda: series(5, 1.0, 0.0, length=7000),
+        "u1": lambda: series(5, 1.0, 0.0, length=12_000),
         "u20": lambda: series(5, 20.0, 0.0, transient=0.0),
         "u17": lambda: series(5, 17.5, 2.2, length=8000),
         "u19": lambda: series(5, 19.0, 2.2, length=9000),

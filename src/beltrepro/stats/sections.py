@@ -88,11 +88,12 @@ def repeated(states: npt.ArrayLike) -> np.ndarray:
     if len(states):
         limit = NEAR * float(np.ptp(states, axis=0).max())
         tree = scipy.spatial.cKDTree(states)
-        # One by one: all pairs of an orbit that is passed ten thousand times would fill the memory.
-        for index in range(len(states)):
-            if not again[index]:
-                near_it = np.array(tree.query_ball_point(states[index], limit))
-                again[near_it[near_it > index]] = True
+        # A few at once: all pairs of an orbit passed ten thousand times would fill the memory.
+        for first in range(0, len(states), 16):
+            rows = first + np.flatnonzero(~again[first : first + 16])
+            for row, near_it in zip(rows, tree.query_ball_point(states[rows], limit), strict=True):
+                if not again[row] and len(near_it) > 1:
+                    again[[other for other in near_it if other > row]] = True
     return again
 
 

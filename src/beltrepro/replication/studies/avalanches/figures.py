@@ -7,7 +7,8 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
-from beltrepro.stats import sections
+from beltrepro.simulation.observables import avalanche_energies, section, slip_sizes
+from beltrepro.stats.densities import density
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
@@ -79,10 +80,10 @@ def _law(axes, series):
 @panels.draws(FIGURES)
 def fig09(data):
     """a: density of the slip sizes of the last block; b: of the energy dissipated in avalanches."""
-    catalogue = data["slips_u1"]
-    sizes, energies = measure.slip_sizes(catalogue), measure.avalanche_energies(catalogue)
+    catalogue = measure.catalogue_of(data["slips_u1"])
+    sizes, energies = slip_sizes(catalogue), avalanche_energies(catalogue)
     of_last = measure.last_block_energies(catalogue)
-    in_belt = measure.slip_sizes(catalogue, "belt")
+    in_belt = slip_sizes(catalogue, frame="belt")
     figure, (left, right) = panels.page(4.4, "a;b")
     words = f"laboratory frame, {of_last.values.size} slips"
     _densities(left, (sizes, words), (in_belt, "frame of the belt"), "slip-size-exponent")
@@ -99,16 +100,17 @@ def _densities(axes, first, other, claim):
     pale = {"color": style.SKY, "markerfacecolor": "none", "markersize": 3.5, "zorder": 1}
     with panels.shortage_on(axes, place=(0.68, 0.66)):
         sample, label = first
-        _density(axes, measure.Histogram.of(sample), label=label, **look)
-        law, exponent = measure.density_law(sample)
-        words = rf"$\alpha = {exponent.value:.2f}$"
+        binned = density(sample)
+        _density(axes, binned, label=label, **look)
+        law = binned.law()
+        words = rf"$\alpha = {law.exponent.value:.2f}$"
         panels.power_law(axes, law, linewidth=1.8, zorder=2, label=words)
         panels.printed_slope(axes, law, printed(claim))
     with panels.shortage_on(axes, place=(0.68, 0.66)):
         sample, label = other
-        histogram = measure.Histogram.of(sample)
-        filled = histogram.count > 0
-        axes.loglog(histogram.centre[filled], histogram.density[filled], "s", label=label, **pale)
+        binned = density(sample)
+        filled = binned.count > 0
+        axes.loglog(binned.centre[filled], binned.density[filled], "s", label=label, **pale)
     axes.set(xscale="log", yscale="log")
     if axes.lines:
         panels.plain_log(axes.xaxis)
@@ -119,18 +121,17 @@ def _densities(axes, first, other, claim):
                 panels.shows(text, claim, "exponent")
 
 
-def _density(axes, histogram, **look):
+def _density(axes, binned, **look):
     """Density with the standard errors that its chains tell."""
-    filled = histogram.count > 0
-    density, error = histogram.density[filled], np.nan_to_num(histogram.error[filled])
+    filled = binned.count > 0
+    height, error = binned.density[filled], np.nan_to_num(binned.error[filled])
     # where one chain alone fills a bin both are equal, and the bar must not end just above zero
-    error = np.where(np.isclose(error, density, atol=0), density, error)
-    axes.errorbar(histogram.centre[filled], density, error, **look)
+    error = np.where(np.isclose(error, height, atol=0), height, error)
+    axes.errorbar(binned.centre[filled], height, error, **look)
 
 
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
 
-STUCK = 1e-6  # a block slower than this relative to the belt is stuck
 DENSITY_FROM = 20_000  # points: fewer are drawn one by one
 BINS = (240, 240)
 
@@ -145,14 +146,13 @@ def fig10(data):
     return figure
 
 
-def _section(figure, axes, catalogue):
-    about, points = catalogue.attributes, catalogue.arrays["section"]
-    position = points["positions"][:, -1]
-    relative = points["velocities"][:, -1] - about["belt_velocity"]
-    again = sections.repeated(np.hstack([points["positions"], points["velocities"]]))
-    slipping = relative < -STUCK
-    new, old = slipping & ~again, slipping & again
-    size = float(np.clip(160 / np.sqrt(max(slipping.sum(), 1)), 1.5, 5))
+def _section(figure, axes, dataset):
+    about, points = dataset.attributes, section(measure.catalogue_of(dataset))
+    position, relative, old = (
+        points[name] for name in ("position", "relative_velocity", "repeated")
+    )
+    new = ~old
+    size = float(np.clip(160 / np.sqrt(max(new.size, 1)), 1.5, 5))
     look = {"markersize": size, "markeredgewidth": 0, "rasterized": True}
     if old.any():
         axes.plot(position[old], relative[old], ".", color=style.ORANGE, **look)
@@ -168,8 +168,9 @@ def _section(figure, axes, catalogue):
         figure.colorbar(image, ax=axes, pad=0.01, location="bottom", label="points per cell")
     place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
     axes.set_xlabel(f"{panels.POSITION} at {place}")
-    runs = f"{panels.METHODS[about['method']]}, {np.unique(points['point']).size} runs"
-    panels.remark(axes, f"{runs}:\n{new.sum()} of {slipping.sum()} points are new")
+    count = np.unique(dataset.arrays["section"]["point"]).size
+    runs = f"{panels.METHODS[about['method']]}, {count} runs"
+    panels.remark(axes, f"{runs}:\n{new.sum()} of {new.size} points are new")
 
 
 # --- Not in the paper: avalanches of chains of several lengths ------------------------------------
@@ -184,13 +185,13 @@ def avalanches(data):
     figure, (left, right) = panels.page(4.2, "a;b", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
-    catalogues = [data[name] for name in FIGURES["avalanches"].uses]
-    samples = {int(one.attributes["n_blocks"]): measure.all_energies(one) for one in catalogues}
+    catalogues = [measure.catalogue_of(data[name]) for name in FIGURES["avalanches"].uses]
+    samples = {one.parameters[0].n_blocks: measure.all_energies(one) for one in catalogues}
     with panels.shortage_on(left):
         for index, (n_blocks, sample) in enumerate(samples.items()):
             label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
             look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
-            _density(left, measure.Histogram.of(sample, BINS_PER_DECADE), label=label, **look)
+            _density(left, density(sample, BINS_PER_DECADE), label=label, **look)
         left.legend(loc="lower left")
     with panels.shortage_on(right):
         _cutoffs(right, samples)
