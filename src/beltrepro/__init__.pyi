@@ -22,6 +22,10 @@ from beltrepro.model.units import to_si as to_si
 from beltrepro.simulation.catalogues import Catalogue as Catalogue
 from beltrepro.simulation.catalogues import catalogue as catalogue
 from beltrepro.simulation.grid import Grid as Grid
+from beltrepro.simulation.observables import avalanche_energies as avalanche_energies
+from beltrepro.simulation.observables import section as section
+from beltrepro.simulation.observables import slip_sizes as slip_sizes
+from beltrepro.simulation.observables import spectrum as spectrum
 from beltrepro.simulation.results import Results as Results
 from beltrepro.simulation.run import Run as Run
 from beltrepro.simulation.scans import scan as scan
@@ -29,5 +33,12 @@ from beltrepro.simulation.scans import time_to_continuous_slip as time_to_contin
 from beltrepro.simulation.setup import Setup as Setup
 from beltrepro.simulation.starts import slipping_state as slipping_state
 from beltrepro.simulation.trajectories import simulate as simulate
+from beltrepro.stats.densities import ChainValues as ChainValues
+from beltrepro.stats.densities import Density as Density
+from beltrepro.stats.densities import density as density
+from beltrepro.stats.densities import power_law as power_law
+from beltrepro.stats.estimates import Estimate as Estimate
+from beltrepro.stats.power_law import PowerLaw as PowerLaw
+from beltrepro.stats.spectra import PowerSpectrum as PowerSpectrum
 
 __version__: str

@@ -16,6 +16,7 @@ import naive
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.stats import spectra, states
+from beltrepro.stats.densities import density
 from figure_data import SCANS, SCATTER, U, dataset
 
 
@@ -116,7 +117,7 @@ def is_spectrum(panel, data, prefactor, exponent):
     stretches = np.split(position[: position.size // count * count], count)
     powers = [spectra.power_spectrum(part, interval) for part in stretches]
     law = spectra.fit_power_law(*np.mean(powers, axis=0), low=0.003, high=0.3)
-    assert 4 <= count <= 20
+    assert 6 <= count <= 20
     ends = np.array([0.003, 0.3])
     fitted, paper = panel.curve("fit: "), panel.curve(f"paper: ${prefactor}")
     assert f"{law.exponent / 2:.2f}" in fitted.label
@@ -189,8 +190,7 @@ def _density(values, centre):
 
 def test_the_local_exponent_of_a_power_law_is_its_exponent():
     values = (1 - np.arange(0.5, 1e5) / 1e5) ** (-1 / 1.5)  # P = 1.5 x^-2.5 from 1 on
-    fine = measure.Histogram.of(measure.Sample(values, np.zeros(values.size)), 40)
-    place, slope = measure.local_exponents(fine, 9, 5)
+    place, slope = measure.local_exponents(density(values, 40), 9, 5)
     known = np.isfinite(slope)
     assert known[0] and not known[-1]
     np.testing.assert_allclose(slope[known & (place < 20)], -2.5, atol=0.1)

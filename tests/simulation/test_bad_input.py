@@ -17,6 +17,7 @@ from beltrepro.cli.options import grid
 CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
 CATALOGUE = Catalogue({"slips": np.zeros(1, [("point", "i4")])})
+RECORDS = {"source": beltrepro.catalogue(CHAIN, duration=200.0, transient=50.0)}
 SHORT = {"chains": CHAIN, "duration": 20.0}
 LONG = SHORT | {"transient": 10.0}
 MOVING = {"parameters": CHAIN, "positions": [60.0, 120.0], "velocities": [1.0, -1.0]}
@@ -36,6 +37,10 @@ CALLS = [
     (beltrepro.sliding_energy, MOVING),
     (beltrepro.mode_energies, MOVING),
     *((call, {"value": 1.0, "quantity": "time"}) for call in (beltrepro.to_si, beltrepro.from_si)),
+    *((call, RECORDS) for call in (beltrepro.slip_sizes, beltrepro.avalanche_energies)),
+    (beltrepro.section, RECORDS),
+    (beltrepro.spectrum, {"runs": np.arange(32.0), "sample_interval": 0.1}),
+    *((call, {"values": [1.0, 2.0, 5.0]}) for call in (beltrepro.density, beltrepro.power_law)),
     (CATALOGUE.table, {}),
     (Run.load, {"path": "run.h5"}),
     (Results({}, {}).save, {"path": "scan.csv"}),
@@ -64,6 +69,12 @@ WRONG = {
     "section_bins": (5, "much", [1.0], [0.0, -1.0], [0.0, math.nan], [[0.0, 1.0]]),
     "value": ("1", None, {"a": 1}, True, ["1"], [[1.0], [2.0, 3.0]]),
     "quantity": (5, [], "", "speed"),
+    "source": (5, None, [], [None], "much", CATALOGUE),
+    "runs": (5, None, [], [None], "much", [1.0, math.nan], [[[1.0]]]),
+    "values": (5, None, "much", [1.0, math.nan], [[1.0, 2.0]], [1.0, "2"], [1.0, math.inf]),
+    "frame": (1, "", "lab", None),
+    **dict.fromkeys(("sample_interval", "bins_per_decade", "low"), (*NUMBER, 0.0)),
+    "least_blocks": NUMBER,
     "path": (5, None, "a\0.h5", ["a.h5"]),
 }
 

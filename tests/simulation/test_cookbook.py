@@ -12,6 +12,7 @@ HEAD, *QUESTIONS = re.split(r"^## ", PAGE, flags=re.MULTILINE)
 SHORT = [
     (r"(\d+)_000\b", r"\g<1>00"),
     (r"range\(1000\)", "range(8)"),
+    (r"law\(0\.005", "law(0.05"),
     (r"replicates=\d+", "replicates=2"),
     (r"\[14, 15, 16, 17, 18\]", "[16]"),
     (r"np\.arange\((\d+), (\d+)", r"np.arange(\1, \1 + 5"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from test_power_law import power_law
 
+from beltrepro import Catalogue, ChainParameters, ChainValues, avalanche_energies, slip_sizes
 from beltrepro.base.store import Dataset
 from beltrepro.observe.slips import AVALANCHE, SLIP
 from beltrepro.replication.studies.avalanches import measure as avalanches
@@ -271,7 +272,7 @@ def test_densities_of_one_law_collapse_and_others_do_not():
 
     def critical(n_blocks, chain, low=100.0, exponent=-1.4):
         values = power_law(exponent, low, 3000 * (n_blocks / 5) ** 2.5, 6000, 10 * n_blocks)
-        return avalanches.Sample(values, chain)
+        return ChainValues(values, chain)
 
     chain = np.repeat(np.arange(8), 750)
 
@@ -303,7 +304,7 @@ def test_a_cutoff_that_scatters_less_weighs_more():
     for n_blocks, scatter, chains in ((3, 0.02, 6), (5, 0.5, 9), (10, 0.2, 7)):
         size = n_blocks**1.3 * np.exp(scatter * rng.standard_normal(chains))
         chain = np.repeat(np.arange(chains), 40)
-        samples[n_blocks] = avalanches.Sample(size[chain] * rng.uniform(0.9, 1, chain.size), chain)
+        samples[n_blocks] = ChainValues(size[chain] * rng.uniform(0.9, 1, chain.size), chain)
     growth = avalanches.growth(samples)
     n_blocks = np.array(list(samples))
     cutoffs = [np.quantile(sample.values, 0.99) for sample in samples.values()]
@@ -327,11 +328,11 @@ def test_samples_are_of_the_last_block_and_of_what_it_takes_part_in():
     made["point"] = [0, 0, 4, 4]
     made["start_time"], made["stop_time"] = [1, 29, 2, 60], [5, 31, 3, 61]
     made["dissipated"], made["blocks"] = [10, 20, 30, 40], [2, 1, 1, 3]
-    data = Dataset({"slips": slips, "avalanches": made}, {"n_blocks": 2, "belt_velocity": 3.0})
-    sizes, belt = (avalanches.slip_sizes(data, frame) for frame in ("laboratory", "belt"))
+    data = Catalogue({"slips": slips, "avalanches": made}, [ChainParameters(2, 3.0)] * 5)
+    sizes, belt = (slip_sizes(data, frame=frame) for frame in ("laboratory", "belt"))
     assert (sizes.values.tolist(), sizes.chain.tolist()) == ([5, 2, 7], [0, 4, 4])
     assert belt.values.tolist() == [8, 1, 5, 19]
-    energies = avalanches.avalanche_energies(data)
+    energies = avalanche_energies(data)
     assert (energies.values.tolist(), energies.chain.tolist()) == ([10, 20, 30], [0, 0, 4])
     assert avalanches.all_energies(data).values.tolist() == [10, 20, 30, 40]
     assert avalanches.all_energies(data, least_blocks=2).chain.tolist() == [0, 4]

@@ -190,7 +190,8 @@ def catalogue(n_blocks=5, *, count=1200):
         "last_block_displacement": np.where(slips["block"] == n_blocks, size, 0.0),
     }
     events = append_fields(events, list(more), list(more.values()), usemask=False)
-    fields = [("point", "i4"), ("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
+    fields = [("point", "i4"), ("time", "f8")]
+    fields += [("positions", "f8", n_blocks), ("velocities", "f8", n_blocks)]
     states = np.zeros(900, fields)
     states["point"] = np.arange(900) % 2
     states["positions"] = 300 + rng.uniform(0, 90, (900, n_blocks))
@@ -418,7 +419,7 @@ def dataset(name):
     """The dataset or table of this name; do not change it in place."""
     made = {
         "friction_event": friction_event,
-        "u1": lambda: series(5, 1.0, 0.0, length=7000),
+        "u1": lambda: series(5, 1.0, 0.0, length=12_000),
         "u20": lambda: series(5, 20.0, 0.0, transient=0.0),
         "u20_slips": lambda: moved(series(5, 20.0, 0.0, length=2500, transient=0.0)),
         "u17": lambda: series(5, 17.5, 2.2, length=8000),

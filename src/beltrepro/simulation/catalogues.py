@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
+from beltrepro.model import ChainParameters
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import Reach
 from beltrepro.observe.slips import EventLog, slips_and_avalanches
@@ -36,7 +38,16 @@ class Catalogue(Arrays):
     """Slips, avalanches and section points of P chains: a dict of structured arrays.
 
     `catalogue` says what their fields are.
+
+    Attributes
+    ----------
+    parameters : tuple of ChainParameters
+        The P chains.
     """
+
+    def __init__(self, arrays: Iterable = (), parameters: Sequence[ChainParameters] = ()) -> None:
+        super().__init__(arrays)
+        self.parameters = tuple(parameters)
 
     def __repr__(self) -> str:
         return f"Catalogue({', '.join(f'{len(rows)} {name}' for name, rows in self.items())})"
@@ -135,7 +146,8 @@ def catalogue(
         first, many = next(filter(None, missing)), sum(map(bool, missing))
         warn(first if len(missing) == 1 else f"{many} of {len(missing)} chains: {first}")
     tables = map(np.concatenate, parts)
-    return Catalogue(zip(("slips", "avalanches", "section"), tables, strict=True))
+    arrays = zip(("slips", "avalanches", "section"), tables, strict=True)
+    return Catalogue(arrays, [case.parameters for case in made.cases])
 
 
 def _recorded(

@@ -21,13 +21,20 @@ RESAMPLES = 1000
 STRETCHES = 16
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
-    """A measured number.
+    """A measured number with its interval.
 
-    value : the number; low, high : its 95 % interval; NaN where nothing was found.
-    runs : independent runs it rests on; None if it is no matter of chance.
-    still_open : of these, runs that must be longer to tell; the interval covers all they may be.
+    Attributes
+    ----------
+    value : float
+        The number; NaN where nothing was found.
+    low, high : float
+        Its 95 % interval; infinite where one run tells no error.
+    runs : int or None
+        Independent runs, or stretches of one, that it rests on; None if it is no matter of chance.
+    still_open : int
+        Of these, runs that must be longer to tell; the interval covers all they may be.
     """
 
     value: float
@@ -35,6 +42,10 @@ class Estimate:
     high: float
     runs: int | None = None
     still_open: int = 0
+
+    def __repr__(self) -> str:
+        runs = "" if self.runs is None else f", {self.runs} runs"
+        return f"Estimate({self.value:.6g}, {self.low:.6g} to {self.high:.6g}{runs})"
 
     @property
     def numbers(self) -> tuple[float, float, float]:
@@ -62,10 +73,33 @@ class Estimate:
         return f"{self.value:.3g} ({interval})"
 
     def named(self, *names: str) -> dict[str, float]:
-        """The number and the ends of its interval under three names, as columns of a table."""
+        """The number and the ends of its interval under three names, as columns of a table.
+
+        Parameters
+        ----------
+        *names : str
+            Of the number and the ends.
+
+        Returns
+        -------
+        dict
+            The three numbers by name.
+        """
         return dict(zip(names, self.numbers, strict=True))
 
     def scaled(self, factor: float) -> Estimate:
+        """The number and its interval times a factor.
+
+        Parameters
+        ----------
+        factor : float
+            A number of either sign.
+
+        Returns
+        -------
+        Estimate
+            It rests on as many runs.
+        """
         low, high = sorted((factor * self.low, factor * self.high))
         return replace(self, value=factor * self.value, low=low, high=high)
 

@@ -3,6 +3,7 @@
 Fits by maximum likelihood need the mean of ln x only.
 """
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +12,42 @@ import scipy
 from scipy.special import boxcox, inv_boxcox
 
 from beltrepro.base.errors import require
+from beltrepro.stats.estimates import Estimate
 
 LEAST_VALUES = 50  # a rule of thumb of Clauset et al. (see `goodness_of_fit`), their Sec. 3.2
 _ONE_END = 1e-6  # share of ln(high / low) by which the mean of ln x must be off both ends
+
+
+@dataclass(frozen=True, repr=False)
+class PowerLaw:
+    """A power law y = prefactor * x**exponent that was fitted; called with x it gives y.
+
+    Attributes
+    ----------
+    exponent, prefactor : Estimate
+        They follow each other: both intervals are of the same fits.
+    low, high : float
+        The range of x in which it was fitted.
+    p : float
+        Share of samples of the law that lie as far from their own fits as the values from this one:
+        below 0.1 they do not follow it. NaN of a straight line, which tests nothing.
+    """
+
+    exponent: Estimate
+    prefactor: Estimate
+    low: float
+    high: float
+    p: float = np.nan
+
+    def __call__(self, x: npt.ArrayLike) -> np.ndarray:
+        """Values (any shape) of the law."""
+        return self.prefactor.value * np.asarray(x, dtype=float) ** self.exponent.value
+
+    def __repr__(self) -> str:
+        test = "" if np.isnan(self.p) else f", p={self.p:.6g}"
+        low, high = f"{self.exponent.low:.6g}", f"{self.exponent.high:.6g}"
+        exponent = f"exponent={self.exponent.value:.6g} ({low} to {high})"
+        return f"PowerLaw({exponent}, from {self.low:.6g} to {self.high:.6g}{test})"
 
 
 def fit_exponent(mean_log: float, low: float, high: float) -> float:

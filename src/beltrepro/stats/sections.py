@@ -16,6 +16,9 @@ PERIOD_TOLERANCE = 0.1
 RELATIVE_TOLERANCE = 0.02
 # Quasi-periodic motion comes back to within the tolerance too, after some 100 crossings.
 MAXIMUM_PERIOD = 40
+# Share of the extent of the states: an orbit of the paper's scheme comes back to less, and chaotic
+# motion of some thousand crossings hardly ever as near.
+NEAR = 0.005
 MINIMUM_CROSSINGS = 12
 
 
@@ -79,6 +82,26 @@ def find_period(values: npt.ArrayLike) -> int:
         if np.max(np.abs(values[period:] - values[:-period])) <= tolerance:
             return period
     return 0
+
+
+def repeated(states: npt.ArrayLike) -> np.ndarray:
+    """Which states at a section lie near one that is listed before: they say nothing new.
+
+    A run comes back to its states on a periodic orbit, and runs that have not parted yet visit the
+    same ones. The states that are new are further than a limit from each other.
+    """
+    states = np.asarray(states, dtype=float)
+    again = np.zeros(len(states), dtype=bool)
+    if len(states):
+        limit = NEAR * float(np.ptp(states, axis=0).max())
+        tree = scipy.spatial.cKDTree(states)
+        # A few at once: all pairs of an orbit passed ten thousand times would fill the memory.
+        for first in range(0, len(states), 16):
+            rows = first + np.flatnonzero(~again[first : first + 16])
+            for row, near_it in zip(rows, tree.query_ball_point(states[rows], limit), strict=True):
+                if not again[row] and len(near_it) > 1:
+                    again[[other for other in near_it if other > row]] = True
+    return again
 
 
 def occupied_share(values: npt.ArrayLike, *, range: tuple[float, float]) -> float:

@@ -9,7 +9,9 @@ from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.simulation.observables import avalanche_energies, last_block_slips, slip_sizes
 from beltrepro.stats import estimates
+from beltrepro.stats.densities import density
 
 MINIMUM_SLIPS = 500
 SLOW_BAND = (0.0005, 0.003)  # slower than the whole chain sticks and slips
@@ -99,8 +101,8 @@ def _spread(peaks):
 @claim("slip-size-exponent")
 def slip_size_exponent(evidence):
     """Exponent of the density of slip sizes of the last block."""
-    others = {"belt frame": partial(measure.slip_sizes, frame="belt")}
-    return _exponents(evidence, measure.slip_sizes, others)
+    others = {"belt frame": partial(slip_sizes, frame="belt")}
+    return _exponents(evidence, slip_sizes, others)
 
 
 @claim("slip-energy-exponent")
@@ -110,7 +112,7 @@ def slip_energy_exponent(evidence):
         "last block only": measure.last_block_energies,
         "all avalanches": measure.all_energies,
     }
-    return _exponents(evidence, measure.avalanche_energies, others)
+    return _exponents(evidence, avalanche_energies, others)
 
 
 def _exponents(evidence, sample_of, others):
@@ -124,10 +126,11 @@ def _exponents(evidence, sample_of, others):
 
 
 def _line(sample, **how):
-    law, exponent = measure.density_law(sample, **how)
+    binned = density(sample, **how)
+    law, filled = binned.law(), np.count_nonzero(binned.count)
     return Measurement(
-        {"exponent": exponent},
-        note=f"{law.sample_size} bins from {law.low:.3g} to {law.high:.3g}",
+        {"exponent": law.exponent},
+        note=f"{filled} bins from {law.low:.3g} to {law.high:.3g}",
     )
 
 
@@ -150,11 +153,11 @@ def soc_power_law(evidence):
         return measure.scale_free_fit(sample_of(_catalogue(evidence, name)), **how)
 
     return {
-        SCHEME: partial(fit, "slips_u1", measure.slip_sizes),
+        SCHEME: partial(fit, "slips_u1", slip_sizes),
         f"{EXACT}, in the range that fits best": partial(
-            fit, "slips_u1_event", measure.slip_sizes, search=True
+            fit, "slips_u1_event", slip_sizes, search=True
         ),
-        "energies": partial(fit, "slips_u1", measure.avalanche_energies),
+        "energies": partial(fit, "slips_u1", avalanche_energies),
     }
 
 
@@ -170,7 +173,7 @@ def soc_cutoff(evidence, names):
         return {n: sample_of(catalogue, **how) for n, catalogue in catalogues.items()}
 
     grown = {
-        "slip size: growth with N": measure.growth(by_n(measure.slip_sizes)).power,
+        "slip size: growth with N": measure.growth(by_n(slip_sizes)).power,
         "energy: growth with N": measure.growth(by_n(measure.all_energies)).power,
     }
     form = measure.collapse(by_n(measure.all_energies, least_blocks=2))
@@ -187,8 +190,8 @@ def blocks_slip_together(evidence, name):
 
 
 def _catalogue(evidence, name):
-    catalogue = evidence.dataset(name)
-    slips = measure.last_block_slips(catalogue)
+    catalogue = measure.catalogue_of(evidence.dataset(name))
+    slips = last_block_slips(catalogue)
     require(
         slips.size >= MINIMUM_SLIPS,
         f"{name}: {slips.size} slips of the last block, not {MINIMUM_SLIPS}",

@@ -8,6 +8,8 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.simulation import artists
+from beltrepro.simulation.observables import avalanche_energies, slip_sizes
+from beltrepro.stats.densities import density
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
@@ -84,9 +86,9 @@ LEAST_IN_BIN = 5  # values, for a local exponent
 @panels.draws(FIGURES)
 def fig09(data):
     """Densities of a: slip sizes, b: energies of avalanches; c, d: their local exponents."""
-    catalogue = data["slips_u1"]
+    catalogue = measure.catalogue_of(data["slips_u1"])
     figure, grid = panels.page(3.9, "ab;cd", height_ratios=(1.7, 1))
-    sizes, energies = measure.slip_sizes(catalogue), measure.avalanche_energies(catalogue)
+    sizes, energies = slip_sizes(catalogue), avalanche_energies(catalogue)
     for (above, below), sample, claim, symbol, what in (
         (grid[::2], sizes, "slip-size-exponent", r"\Delta x_s", "slips"),
         (grid[1::2], energies, "slip-energy-exponent", r"\Delta E", "avalanches"),
@@ -94,7 +96,7 @@ def fig09(data):
         below.sharex(above)
         above.set(xscale="log", yscale="log", ylabel=f"$P({symbol})$")
         below.set(xlabel=f"${symbol}$", ylabel="local exponent")
-        panels.remark(above, f"{sample.values.size} {what}")
+        panels.remark(above, f"{len(sample)} {what}")
         try:
             _densities(above, below, sample, claim)
         except NotEnoughDataError as reason:
@@ -105,12 +107,13 @@ def fig09(data):
 
 def _densities(axes, below, sample, claim):
     """Density of a sample in fine and in coarse bins, with a law through these and the paper's."""
-    fine = measure.Histogram.of(sample, FINE)
-    density = np.where(fine.count > 0, fine.density, np.nan)
-    axes.plot(fine.centre, density, drawstyle="steps-mid", color="0.6", linewidth=0.7)
-    _density(axes, measure.Histogram.of(sample), fmt="o", color=style.BLUE, markersize=2.5)
-    law, exponent = measure.density_law(sample)
-    panels.power_law(axes, law, linewidth=1.4, zorder=4, label=f"here: ${exponent.value:.2f}$")
+    fine, coarse = density(sample, FINE), density(sample)
+    height = np.where(fine.count > 0, fine.density, np.nan)
+    axes.plot(fine.centre, height, drawstyle="steps-mid", color="0.6", linewidth=0.7)
+    _density(axes, coarse, fmt="o", color=style.BLUE, markersize=2.5)
+    law = coarse.law()
+    label = f"here: ${law.exponent.value:.2f}$"
+    panels.power_law(axes, law, linewidth=1.4, zorder=4, label=label)
     panels.printed_slope(axes, law, printed(claim))
     panels.plain_log(axes.xaxis)
     axes.tick_params(labelbottom=False)
@@ -122,13 +125,13 @@ def _densities(axes, below, sample, claim):
     below.axhline(printed(claim), color=style.BLACK, linewidth=0.8, linestyle="--")
 
 
-def _density(axes, histogram, **look):
+def _density(axes, binned, **look):
     """Density with the standard errors that its chains tell."""
-    filled = histogram.count > 0
-    density, error = histogram.density[filled], np.nan_to_num(histogram.error[filled])
+    filled = binned.count > 0
+    height, error = binned.density[filled], np.nan_to_num(binned.error[filled])
     # where one chain alone fills a bin both are equal, and the bar must not end just above zero
-    error = np.where(np.isclose(error, density, atol=0), density, error)
-    axes.errorbar(histogram.centre[filled], density, error, **look)
+    error = np.where(np.isclose(error, height, atol=0), height, error)
+    axes.errorbar(binned.centre[filled], height, error, **look)
 
 
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
@@ -192,13 +195,13 @@ def avalanches(data):
     figure, (left, right) = panels.page(4.2, "a;b", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
-    catalogues = [data[name] for name in FIGURES["avalanches"].uses]
-    samples = {int(one.attributes["n_blocks"]): measure.all_energies(one) for one in catalogues}
+    catalogues = [measure.catalogue_of(data[name]) for name in FIGURES["avalanches"].uses]
+    samples = {one.parameters[0].n_blocks: measure.all_energies(one) for one in catalogues}
     with panels.shortage_on(left):
         for index, (n_blocks, sample) in enumerate(samples.items()):
             label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
             look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
-            _density(left, measure.Histogram.of(sample, BINS_PER_DECADE), label=label, **look)
+            _density(left, density(sample, BINS_PER_DECADE), label=label, **look)
         left.legend(loc="lower left")
     with panels.shortage_on(right):
         _cutoffs(right, samples)

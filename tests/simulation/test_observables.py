@@ -1,0 +1,150 @@
+"""Observables of runs and catalogues: the same of both, against plain loops, and of the studies."""
+
+import numpy as np
+import pytest
+
+from beltrepro import (
+    Catalogue,
+    ChainParameters,
+    avalanche_energies,
+    catalogue,
+    section,
+    simulate,
+    slip_sizes,
+    spectrum,
+)
+from beltrepro.base.errors import InputError
+from beltrepro.base.store import Dataset
+from beltrepro.replication.studies.avalanches import measure
+from made_up import few_resamples  # noqa: F401 shorter
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
+CHAINS = [ChainParameters(3, 8.0, 1.0, mass=(1, 3, 1)), ChainParameters(5, 2.0)]
+LENGTHS = {"duration": 400.0, "transient": 150.0}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return simulate(CHAINS, **LENGTHS)
+
+
+@pytest.fixture(scope="module")
+def records():
+    return catalogue(CHAINS, **LENGTHS)
+
+
+def same(one, other):
+    return (
+        one.values.tolist() == other.values.tolist()
+        and len(one) > 5
+        and (one.chain.tolist() == other.chain.tolist())
+    )
+
+
+def test_slips_and_avalanches_of_runs_are_those_of_a_catalogue(runs, records):
+    for frame in ("laboratory", "belt"):
+        assert same(slip_sizes(runs, frame=frame), slip_sizes(records, frame=frame))
+    for how in ({}, {"last_block": False}, {"last_block": False, "least_blocks": 2}):
+        assert same(avalanche_energies(runs, **how), avalanche_energies(records, **how))
+    one = slip_sizes(runs[1])
+    assert one.values.tolist() == slip_sizes(runs).values[slip_sizes(runs).chain == 1].tolist()
+    later = simulate(CHAINS[1], initial_state=runs[1].final_state, duration=200, transient=50)
+    kept = later.events["time"] >= 450
+    assert later.events["time"][0] < 450 and kept.any()
+    starts = later.events[kept & (later.events["block"] == 5) & (later.events["kind"] == "slip")]
+    assert 0 <= starts.size - len(slip_sizes(later, frame="belt")) <= 1
+
+
+def test_slip_sizes_by_a_plain_loop_over_the_events_of_the_last_block(runs):
+    for run in runs:
+        sizes, begun = {"laboratory": [], "belt": []}, None
+        for event in run.events[run.events["block"] == run.parameters.n_blocks]:
+            if event["kind"] == "slip":
+                begun = event
+            elif begun is not None and begun["time"] >= 150:
+                size = begun["position"] - event["position"]
+                sizes["laboratory"].append(size)
+                lasting = event["time"] - begun["time"]
+                sizes["belt"].append(size + run.parameters.belt_velocity * lasting)
+        for frame, expected in sizes.items():
+            expected = [size for size in expected if size > 0]
+            assert slip_sizes(run, frame=frame).values == pytest.approx(expected, rel=1e-12)
+
+
+def test_energies_of_avalanches_add_up_to_those_of_all_slips_in_them(runs):
+    """Of all blocks, and of those avalanches alone in which the last one slips."""
+    run = runs[1]
+    energies = avalanche_energies(run)
+    assert 0 < len(energies) < len(avalanche_energies(run, last_block=False))
+    rows = catalogue(CHAINS[1], **LENGTHS)
+    totals = []
+    for one in rows["avalanches"]:
+        slips = rows["slips"]
+        inside = (slips["start_time"] >= one["start_time"]) & (
+            slips["stop_time"] <= one["stop_time"]
+        )
+        if np.any(slips["block"][inside] == 5):
+            totals.append(slips["dissipated"][inside].sum())
+    assert energies.values == pytest.approx(totals)
+
+
+def test_the_spectrum_of_a_run_is_that_of_its_last_block_after_the_transient(runs):
+    alone = spectrum(runs[0])
+    values = runs[0].positions[runs[0].time >= 150, 2]
+    given = spectrum(values, sample_interval=0.1)
+    np.testing.assert_allclose(alone.power, given.power, rtol=1e-9)
+    assert 0.0039 < alone.frequency[0] < 0.0041
+    both = spectrum([runs[0], runs[1]])
+    np.testing.assert_allclose(both.power, (alone.power + spectrum(runs[1]).power) / 2)
+    assert alone.exponent(0.3, 2).runs == 7 and both.exponent(0.3, 2).runs == 14
+
+
+def test_the_law_of_a_spectrum_has_the_digits_of_the_study(runs):
+    series = Dataset({"time": runs[1].time, "positions": runs[1].positions}, {"transient": 150.0})
+    judged = measure.spectral_law(series, band=(0.4, 3.0)).judged
+    law = spectrum(runs[1]).law(0.4, 3)
+    for name, ours in (("exponent", law.exponent), ("prefactor", law.prefactor)):
+        assert judged[name].numbers == ours.numbers
+    about = measure.spectral_law(series, band=(0.4, 3.0), amplitude=True).judged["exponent"]
+    assert about.numbers == pytest.approx(law.exponent.scaled(0.5).numbers, rel=1e-9)
+
+
+def test_a_section_is_of_the_last_block_where_it_slips():
+    chain = ChainParameters(5, 10.0, 1.0)
+    records = catalogue([chain] * 2, replicate=range(2), section_block=2, **LENGTHS)
+    points, found = records["section"], section(records)
+    relative = points["velocities"][:, 4] - 10
+    slips = relative < -1e-6
+    assert 5 < slips.sum() < slips.size
+    assert found["relative_velocity"].tolist() == relative[slips].tolist()
+    assert found["position"].tolist() == points["positions"][slips, 4].tolist()
+    assert found["point"].tolist() == points["point"][slips].tolist()
+    assert not found["repeated"].any()
+    with pytest.warns(UserWarning, match="repeat another bit by bit"):
+        twice = section(catalogue([CHAINS[1]] * 2, **LENGTHS))
+    again, half = twice["repeated"], len(twice) // 2
+    assert half >= 3 and again[half:].all() and not again[:half].all()
+
+
+def test_what_is_no_source_is_one_line_that_says_what_is(runs, records):
+    calls = [
+        (lambda: spectrum(runs[0], sample_interval=1.0), "sample_interval: not together with runs"),
+        (lambda: spectrum([runs[0], 5]), r"runs = .*: a Run, a sequence of them"),
+        (lambda: spectrum([1.0, np.nan]), r"runs = \[1.0, nan\]: a Run"),
+        (lambda: spectrum(np.ones(99)), "sample_interval = None: a number is needed"),
+        (
+            lambda: spectrum([runs[0], simulate(CHAINS[0], duration=9)]),
+            "at one interval, over one time",
+        ),
+        (lambda: slip_sizes(5), "source = 5: the Catalogue of some chains, a Run or a sequence"),
+        (lambda: slip_sizes([]), r"source = \[\]: the Catalogue"),
+        (lambda: slip_sizes(Catalogue(records)), "source = .*: the Catalogue of some chains"),
+        (lambda: slip_sizes(records, frame="lab"), "frame = 'lab': allowed are laboratory, belt"),
+        (lambda: avalanche_energies(records, least_blocks=-1), "least_blocks = -1"),
+        (lambda: section(runs[0]), "the Catalogue of some chains is needed, whose crossings"),
+        (lambda: section(records), r"chains of \[3, 5\] blocks; those of one N are needed"),
+    ]
+    for call, text in calls:
+        with pytest.raises(InputError, match=text) as caught:
+            call()
+        assert "\n" not in str(caught.value) and len(str(caught.value)) < 300

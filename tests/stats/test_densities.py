@@ -1,0 +1,169 @@
+"""Densities, power laws and spectra of series with closed forms: values, intervals, few data."""
+
+import numpy as np
+import pytest
+import scipy
+
+from beltrepro import ChainValues, PowerLaw, density, power_law, spectrum
+from beltrepro.base.errors import InputError, NotEnoughDataError
+from beltrepro.stats.estimates import Estimate
+from made_up import few_resamples  # noqa: F401 shorter
+from samples import power_law as law_of
+
+RNG = np.random.default_rng
+
+
+def share_that_holds(truth, intervals):
+    return np.mean([one.low <= truth <= one.high for one in intervals])
+
+
+# --- spectra --------------------------------------------------------------------------------------
+
+
+def test_white_noise_has_a_flat_spectrum_of_its_variance():
+    """One-sided: 2 s^2 d for a standard deviation s and an interval d."""
+    found = spectrum(3 + 2 * RNG(1).standard_normal((8, 20_000)), sample_interval=0.25)
+    assert found.frequency[[0, -1]] == pytest.approx([1 / 5000, 2.0])
+    assert found.power.mean() == pytest.approx(2 * 4 * 0.25, rel=0.01)
+    assert np.sum(found.power) * found.frequency[0] == pytest.approx(4, rel=0.01)
+    law = found.law(0.01, 1)
+    assert law.exponent.low < 0 < law.exponent.high < 0.05 and law.exponent.runs == 8
+    assert law.prefactor.low < 2 < law.prefactor.high
+    assert law(0.1) == pytest.approx(2, rel=0.05) and (law.low, law.high) == (0.01, 1)
+    assert repr(found) == "PowerSpectrum(8 series of 20000 samples, frequency 0.0002 to 2)"
+
+
+def test_the_spectrum_of_an_autoregressive_series_is_its_closed_form():
+    memory, interval = 0.9, 0.5
+    noise = RNG(2).standard_normal((40, 4200))
+    values = scipy.signal.lfilter([1], [1, -memory], noise)[:, 200:]
+    found = spectrum(values, sample_interval=interval)
+    wave = memory * np.exp(-2j * np.pi * found.frequency * interval)
+    ratio = found.power / (2 * interval / np.abs(1 - wave) ** 2)
+    assert ratio.reshape(-1, 100).mean(axis=1) == pytest.approx(1, abs=0.06)
+    # between 1 / memory and the end it falls as the square: the closed form on the same bins
+    assert found.exponent(0.1, 0.4).value == pytest.approx(-1.77, abs=0.08)
+
+
+@pytest.mark.parametrize(
+    ("series", "size", "runs"), [(1, 6500, 6), (1, 20_500, 20), (3, 2100, 6), (7, 1100, 7)]
+)
+def test_the_interval_of_an_exponent_is_that_of_few_stretches_or_series(series, size, runs):
+    """Of noise with a known slope; 6 stretches are as few as make an interval."""
+    made = []
+    for seed in range(30):
+        noise = RNG(seed).standard_normal((series, 2 * size))
+        spectra = np.fft.rfft(noise)
+        spectra[:, 1:] *= np.arange(1, size + 1) ** -0.7
+        values = np.fft.irfft(spectra)[:, :size]
+        made.append(spectrum(values, sample_interval=1.0).exponent(0.01, 0.3))
+    assert share_that_holds(-1.4, made) >= 0.8
+    assert np.mean([one.value for one in made]) == pytest.approx(-1.4, abs=0.05)
+    assert {one.runs for one in made} == {runs}
+
+
+def test_a_spectrum_of_too_little_says_what_is_needed():
+    short = spectrum(RNG(0).standard_normal((2, 2900)), sample_interval=1.0)
+    needed = "lasts 2900: 3 stretches of 1000 are needed for nu >= 0.01"
+    with pytest.raises(NotEnoughDataError, match=needed):
+        short.exponent(0.01, 0.3)
+    with pytest.raises(NotEnoughDataError, match="15 samples, a spectrum needs 16"):
+        spectrum(np.arange(15.0), sample_interval=1.0)
+    with pytest.raises(InputError, match=r"high = 0\.1: must be greater than low = 0\.3"):
+        short.law(0.3, 0.1)
+    with pytest.raises(NotEnoughDataError, match="0 points between"):
+        spectrum(np.full(7000, 0.9), sample_interval=1.0).law(0.01, 0.3)
+
+
+# --- densities ------------------------------------------------------------------------------------
+
+
+def test_a_law_through_the_bins_of_exact_values_lies_on_them():
+    values = law_of(-1.5, 10, 1000, 40_000, 1)
+    found = density(values, 10)
+    law = found.law()
+    assert law.exponent.low < -1.5 < law.exponent.high and np.isnan(law.p)
+    np.testing.assert_allclose(law(found.centre), found.density, rtol=0.15)
+    assert np.sum(found.density * found.width) == pytest.approx(1)
+    assert repr(found).startswith("Density(40000 values of 16 chains, 11.2202 to 891.251")
+    assert repr(law).startswith(f"PowerLaw(exponent={law.exponent.value:.6g} (")
+
+
+def test_errors_of_one_series_are_those_of_its_stretches():
+    """A series that is small or large for a 40th of its length: neighbours say the same."""
+    densities, errors = [], []
+    for seed in range(200):
+        large = np.repeat(RNG(seed).random(40) < 0.4, 25)
+        made = density(np.where(large, 30.0, 2.0), 1)
+        densities.append(made.density[0])
+        errors.append(made.error[0])
+    assert np.mean(errors) == pytest.approx(np.std(densities), rel=0.25)
+
+
+def test_values_of_chains_pass_for_their_array():
+    sizes = ChainValues([3.0, 1, 2], [0, 0, 7])
+    assert len(sizes) == 3 and np.median(sizes) == 2 and np.asarray(sizes).tolist() == [3, 1, 2]
+    assert repr(sizes) == "ChainValues(3 of 2 chains, 1 to 3)"
+    assert density(sizes).counts.sum(axis=1).tolist() == [2, 1]
+    with pytest.raises(InputError, match=r"chain of shape \(2,\): the shape \(3,\)"):
+        ChainValues([3.0, 1, 2], [0, 0])
+
+
+# --- power laws -----------------------------------------------------------------------------------
+
+
+def test_the_law_of_exact_values_is_found_with_its_range_and_is_not_refused():
+    law = power_law(law_of(-1.47, 60, 400, 3000, 2), low=60)
+    assert isinstance(law, PowerLaw) and law.low == 60 and 399 < law.high < 400
+    assert law.exponent.low < -1.47 < law.exponent.high and law.p > 0.1
+    x = np.geomspace(law.low, law.high, 10_001)
+    assert np.trapezoid(law(x), x) == pytest.approx(1, rel=1e-6)
+    assert law.prefactor.low < 0.47 * (60**-0.47 - 400**-0.47) ** -1 < law.prefactor.high
+
+
+@pytest.mark.parametrize("count", [60, 200])
+def test_intervals_of_few_values_hold_the_exponent_and_p_is_spread(count, monkeypatch):
+    """Where values are as good as too few the line says so, and there is no number."""
+    laws, refused = [], 0
+    for seed in range(60):
+        try:
+            laws.append(power_law(law_of(-1.47, 60, 400, count, seed), low=60))
+        except NotEnoughDataError as error:
+            assert "50 are needed" in str(error)
+            refused += 1
+    assert refused < 45 * (count < 100) + 1
+    assert share_that_holds(-1.47, [law.exponent for law in laws]) >= 0.85
+    p = np.array([law.p for law in laws])
+    assert np.mean(p < 0.1) < 0.2 and p.std() > 0.15
+
+
+def test_what_is_no_power_law_is_refused_and_the_best_start_is_looked_for():
+    exponential = 60 + RNG(3).exponential(60, 2000)
+    assert power_law(exponential, low=60).p < 0.01
+    bent = np.r_[RNG(4).uniform(20, 100, 3000), law_of(-1.8, 100, 2000, 3000, 5)]
+    bent = RNG(6).permutation(bent)
+    law = power_law(bent, low="best")
+    assert 80 < law.low < 300 and law.exponent.value == pytest.approx(-1.8, abs=0.2)
+    share = np.mean(bent >= law.low)
+    x = np.geomspace(law.low, law.high, 10_001)
+    assert np.trapezoid(law(x), x) == pytest.approx(share, rel=1e-6)
+    with pytest.raises(NotEnoughDataError, match="no value of 5e"):
+        power_law(bent, low=5e4)
+    with pytest.raises(NotEnoughDataError, match="in steps of 1"):
+        power_law(np.rint(bent))
+
+
+def test_runs_that_differ_as_a_whole_widen_the_interval():
+    exponents = RNG(7).uniform(-2.2, -0.7, 16)
+    values = np.concatenate([law_of(e, 60, 400, 200, k) for k, e in enumerate(exponents)])
+    chain = np.repeat(np.arange(16), 200)
+    unlike = power_law(ChainValues(values, chain), low=60).exponent
+    alike = power_law(ChainValues(RNG(8).permutation(values), chain), low=60).exponent
+    assert unlike.high - unlike.low > 2 * (alike.high - alike.low) and unlike.runs == 16
+
+
+def test_an_estimate_is_one_short_line():
+    estimate = Estimate(-1.2345678, -1.5, -1.0, 20)
+    assert repr(estimate) == "Estimate(-1.23457, -1.5 to -1, 20 runs)"
+    assert repr(estimate.scaled(-2)) == "Estimate(2.46914, 2 to 3, 20 runs)"
+    assert repr(Estimate(1.0, 1.0, 1.0)) == "Estimate(1, 1 to 1)"
