@@ -55,6 +55,8 @@ WRONG = {
     "belt_velocity": (*NUMBER, 0.0),
     "velocities": NUMBERS,
     "tolerance": (*NUMBER, 1e-17, 2.0),
+    "on_error": (5, None, "", "ignore"),
+    "store": (5, "a\0.h5", ["a.h5"], "a.csv"),
     "method": (1, "", "euler", True, math.nan),
     "chains": (5, [None], ChainParameters, "much", []),
     "parameters": (5, [None], ChainParameters, "much", []),

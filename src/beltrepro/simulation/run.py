@@ -21,6 +21,7 @@ from beltrepro.engine.state import ChainState, Scheme, equal_fields
 from beltrepro.model import ChainParameters
 from beltrepro.observe import sum_rule
 from beltrepro.simulation.grid import QUANTITIES
+from beltrepro.simulation.packed import OF_STATE
 from beltrepro.simulation.tables import Tabled, blocks
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 _ARRAYS = ("time", "positions", "velocities", "friction", "events")
 _STATES = ("initial_state", "final_state")
-_OF_STATE = [one.name for one in fields(ChainState) if one.name not in ("parameters", "scheme")]
 _NUMBERS = [(name, "f8") for name in ("force", "position", "dissipated")]
 EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), *_NUMBERS])
 
@@ -184,7 +184,7 @@ class Run(Tabled):
             attributes[name] = json.dumps(value) if isinstance(value, tuple) else value
         for name in _STATES:
             state = getattr(self, name)
-            arrays |= {f"{name}/{part}": getattr(state, part) for part in _OF_STATE}
+            arrays |= {f"{name}/{part}": getattr(state, part) for part in OF_STATE}
             if scheme := state.scheme:
                 attributes[f"{name}_integrator"] = scheme.integrator
                 attributes[f"{name}_time_step"] = scheme.time_step
@@ -240,7 +240,7 @@ def _constant(value: Any) -> Any:
 
 
 def _state(name: str, chain: ChainParameters, data: store.Dataset) -> ChainState:
-    arrays = {part: data.arrays[f"{name}/{part}"] for part in _OF_STATE}
+    arrays = {part: data.arrays[f"{name}/{part}"] for part in OF_STATE}
     values: Any = {part: array if array.ndim else array.item() for part, array in arrays.items()}
     scheme, prefix = None, f"{name}/scheme/"
     if integrator := data.attributes.get(f"{name}_integrator"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import sys
@@ -81,6 +82,21 @@ class Case:
         if self.parameters.noise > 0:
             arrays += [state.thresholds, state.stream]
         return self.parameters, self.kind, *(array.tobytes() for array in arrays)
+
+    @property
+    def key(self) -> str:
+        """A digest of that and of what runs of equal numbers may differ in: replicate, audit."""
+        state, scheme = self.state, self.state.scheme
+        values = [value for name, value in vars(state).items() if name != "scheme"]
+        values += [self.method, self.time_step, self.tolerance]
+        if scheme:
+            values += [scheme.integrator, scheme.time_step]
+            values += map(np.asarray, scheme.variables.values())
+        digest = hashlib.sha256()
+        for value in values:
+            is_array = isinstance(value, np.ndarray)
+            digest.update(value.tobytes() if is_array else f"{value!r};".encode())
+        return digest.hexdigest()[:16]
 
 
 def _optional(check: Check) -> Check:
