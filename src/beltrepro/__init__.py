@@ -33,6 +33,7 @@ _HOMES = {
     "simulate": "simulation.trajectories",
     "sliding_energy": "model.energy",
     "slipping_state": "simulation.starts",
+    "sweep": "simulation.sweeps",
     "time_to_continuous_slip": "simulation.scans",
     "time_to_orbit": "chaos.irregular",
     "to_si": "model.units",

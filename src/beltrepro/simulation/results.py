@@ -130,14 +130,7 @@ class Results(Arrays):
         if "code_version" in settings:
             made = [provenance.origin() | result.settings for result in (self, other)]
             settings = settings | provenance.of_all(made)
-        ends = np.split(np.arange(len(keys)), [len(self.run_keys)])
-        table: dict[str, np.ndarray] = {}
-        for name in dict.fromkeys((*self, *other)):
-            parts = [pair for pair in zip(ends, (self, other), strict=True) if name in pair[1]]
-            wide = any(one[name].ndim > 1 for _, one in parts)
-            pieces = [(end, _by_block(one, name) if wide else one[name]) for end, one in parts]
-            table[name] = in_rows(len(keys), pieces) if pieces[0][1].ndim else pieces[0][1]
-        return Results(table, settings, states, keys)
+        return Results(in_one_table([self, other]), settings, states, keys)
 
     @names.checked
     def save(self, path: str | Path) -> None:
@@ -232,6 +225,19 @@ def some_of(results: Results, rows: list[int]) -> Results:
     table = {name: array[rows] if array.ndim else array for name, array in results.items()}
     states = results.final_states and [results.final_states[row] for row in rows]
     return Results(table, results.settings, states, [results.run_keys[row] for row in rows])
+
+
+def in_one_table(results: Sequence[Results]) -> dict[str, np.ndarray]:
+    """The arrays of several results, their chains one after the other."""
+    counts = [len(one["replicate"]) for one in results]
+    ends = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
+    table: dict[str, np.ndarray] = {}
+    for name in dict.fromkeys(name for one in results for name in one):
+        parts = [pair for pair in zip(ends, results, strict=True) if name in pair[1]]
+        wide = any(one[name].ndim > 1 for _, one in parts)
+        pieces = [(end, _by_block(one, name) if wide else one[name]) for end, one in parts]
+        table[name] = in_rows(sum(counts), pieces) if pieces[0][1].ndim else pieces[0][1]
+    return table
 
 
 def in_rows(total: int, pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
