@@ -230,7 +230,7 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("simulate", CHAIN | {"output": "run.csv"}, "must end in .h5"),
         ("simulate", CHAIN | {"belt_velocity": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
         ("simulate", CHAIN | {"mass": "1,3"}, "[1.0, 3.0] has 2 numbers: one number or 3 are"),
-        ("simulate", CHAIN | {"mass": "1,,1"}, "argument --mass: '': a number is needed"),
+        ("simulate", CHAIN | {"mass": "1,,1"}, "--mass: '': a number is needed; see"),
         ("simulate", CHAIN | {"mass": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
         ("scan", CHAIN | {"mass": "1,3,1"}, "occurs twice; --replicates 2 makes two runs of each"),
         ("verify", {"list": "run.h5"}, "list = run.h5: must end in .json"),

@@ -246,12 +246,11 @@ def with_value(chains: Any, quantity: str, value: Any) -> Any:
             raise InputError(f"{quantity}: not together with a Grid of several values of it")
         axis: Any = {quantity: [value]}
         return replace(chains, **axis)
+    if is_sequence(chains):
+        return [with_value(chain, quantity, value) for chain in listed("chains", chains)]
     if isinstance(chains, ChainParameters):
         return replace(chains, **{quantity: value})
-    several = listed("chains", chains) if is_sequence(chains) else chains
-    if not is_sequence(chains) or not all(isinstance(one, ChainParameters) for one in several):
-        return several  # a setup says what is wrong
-    return [replace(chain, **{quantity: value}) for chain in several]
+    return chains  # a setup says what is wrong
 
 
 def columns(setup: Setup) -> dict[str, np.ndarray]:
