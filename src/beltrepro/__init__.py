@@ -44,6 +44,7 @@ _HOMES = {
     "slip_sizes": "simulation.observables",
     "slipping_state": "simulation.starts",
     "spectrum": "simulation.observables",
+    "sweep": "simulation.sweeps",
     "time_to_continuous_slip": "simulation.scans",
     "time_to_orbit": "chaos.irregular",
     "to_si": "model.units",

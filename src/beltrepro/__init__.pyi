@@ -32,6 +32,7 @@ from beltrepro.simulation.scans import scan as scan
 from beltrepro.simulation.scans import time_to_continuous_slip as time_to_continuous_slip
 from beltrepro.simulation.setup import Setup as Setup
 from beltrepro.simulation.starts import slipping_state as slipping_state
+from beltrepro.simulation.sweeps import sweep as sweep
 from beltrepro.simulation.trajectories import simulate as simulate
 from beltrepro.stats.densities import ChainValues as ChainValues
 from beltrepro.stats.densities import Density as Density

@@ -57,7 +57,7 @@ def test_functions_show_the_keywords_of_a_setup_with_their_words():
             described = {one.name: one.desc for one in FunctionDoc(function)["Parameters"]}
             assert described.items() >= {w: words[w] for w in list(words)[1:-1]}.items()
             shown.append(name)
-    assert len(shown) == 9 and {"simulate", "scan", "basins"} <= set(shown)
+    assert len(shown) == 10 and {"simulate", "scan", "basins"} <= set(shown)
 
 
 def test_nothing_else_has_such_sections():

@@ -64,6 +64,18 @@ def test_the_output_file_holds_the_samples_and_stays_unless_forced(command, tmp_
     assert len(data.arrays["events"]) == result["events"]
 
 
+def test_constants_of_each_block_are_numbers_with_commas(command, tmp_path):
+    path, law = tmp_path / "run.h5", {"mass": "1,3,1", "stiffness": "1,1,1", "rest_length": 40}
+    result, _ = command("simulate", "--json", output=path, **CHAIN, **law)
+    chain = ChainParameters(3, 20.0, 1.0, mass=(1, 3, 1), rest_length=40)
+    assert Run.load(path) == simulate(chain, duration=30.0, transient=10.0)
+    assert result["mass"] == [1, 3, 1] and "stiffness" not in result
+    motion, _ = command("classify", "--json", mass="1,3", **ORBIT)
+    direct = classify(ChainParameters(2, 5.0, mass=(1, 3)), duration=2000, transient=1000)
+    assert motion["disorder_parameter"] == direct.disorder_parameter
+    assert "mass" in command("simulate", mass="1,3,1", **CHAIN)[0]
+
+
 @pytest.mark.parametrize("asked", ["error", "ignore"])
 def test_a_warning_is_one_line_without_a_place_in_the_code(command, asked):
     with warnings.catch_warnings():
@@ -217,6 +229,9 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("simulate", CHAIN | {"method": "verlet", "tolerance": 1e-8}, "'verlet' has none"),
         ("simulate", CHAIN | {"output": "run.csv"}, "must end in .h5"),
         ("simulate", CHAIN | {"belt_velocity": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
+        ("simulate", CHAIN | {"mass": "1,3"}, "[1.0, 3.0] has 2 numbers: one number or 3 are"),
+        ("simulate", CHAIN | {"mass": "1,,1"}, "--mass: '': a number is needed; see"),
+        ("simulate", CHAIN | {"mass": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
         ("scan", CHAIN | {"mass": "1,3,1"}, "occurs twice; --replicates 2 makes two runs of each"),
         ("verify", {"list": "run.h5"}, "list = run.h5: must end in .json"),
         ("classify", CHAIN | {"method": "verlet"}, "only 'event' has a tangent dynamics"),

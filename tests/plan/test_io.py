@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import small_plans
+from beltrepro import ChainParameters
 from beltrepro.base import provenance, seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io
@@ -63,6 +64,19 @@ def test_batches_are_joined_in_their_order(tmp_path):
     np.testing.assert_array_equal(7 * whole["disorder_parameter"], [0, 1, 2, 0, 1, 2, 0, 1])
     assert whole["slip_count"].dtype == int
     assert whole["slip_count"].sum(axis=1).tolist() == [5] * 3 + [7] * 3 + [9] * 2
+
+
+def test_constants_beyond_the_paper_are_columns_where_they_are_not_its_own(tmp_path):
+    planned = plan(n_blocks=[2, 3], belt_velocity=10, viscosity=[0, 0.1], mass=2, points_per_job=1)
+    names = planned.datasets["rows"].batches
+    parts = [write(tmp_path / f"{name}.h5", planned, name) for name in names]
+    whole = io.join(parts, "scan")
+    assert whole["viscosity"].tolist() == [0, 0.1] * 2 and whole["mass"].tolist() == [2] * 4
+    assert "weakening_velocity" not in whole and "viscosity" not in parts[0].arrays
+    assert planned.spec("rows")["points"]["viscosity"] == [0, 0.1]
+    assert io.chain(parts[1]) == ChainParameters(2, 10.0, viscosity=0.1, mass=2)
+    assert not {"mass", "viscosity"} & {*write(tmp_path / "a.h5", plan()).arrays}
+    assert not {"mass", "viscosity"} & {*plan().spec("rows")["points"], *plan().settings()["model"]}
 
 
 def test_joining_counts_points_on_and_fills_up_smaller_chains():

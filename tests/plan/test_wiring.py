@@ -12,7 +12,14 @@ import small_plans
 from beltrepro import simulate
 from beltrepro.replication.plan import batch, dependencies, io, kinds
 from beltrepro.replication.plan.kinds import KINDS
-from beltrepro.replication.plan.points import CHAIN, QUANTITIES, columns, plain, points_of
+from beltrepro.replication.plan.points import (
+    CHAIN,
+    DEFAULTS,
+    QUANTITIES,
+    columns,
+    plain,
+    points_of,
+)
 from beltrepro.replication.plan.points import chain as chain_of
 from beltrepro.replication.plan.workflow import BATCH
 
@@ -28,6 +35,7 @@ OTHER = {  # than those of `planned`, and sensible
     "friction_ratios": [0.7],
     "section_block": 1,
     "section_position": 61.5,
+    "weakening_velocity": 500.0,
 }
 
 
@@ -41,8 +49,11 @@ def changed(spec, name):
     """The same with another value of a quantity or setting."""
     spec = copy.deepcopy(spec)
     part = spec["points"] if name in QUANTITIES else spec["settings"]
-    value = part[name][0] if name in QUANTITIES and isinstance(part[name], list) else part[name]
+    value = part.get(name, DEFAULTS.get(name))
+    value = value[0] if name in QUANTITIES and isinstance(value, list) else value
     part[name] = OTHER[name] if name in OTHER else value * 0.5 if value % 1 else value + 1
+    if name == "weakening_velocity":
+        part["noise"] = 0.0  # with noise event refuses it
     return spec
 
 
@@ -90,6 +101,8 @@ def test_each_key_of_a_dataset_changes_the_digest_of_its_file(kind, monkeypatch)
     for name in (*QUANTITIES, *KINDS[kind].settings):
         if name in place or (name == "method" and KINDS[kind].follows_tangents):
             continue
+        if name == "weakening_velocity" or (kind, name) == ("basins", "viscosity"):
+            continue  # refused, with noise by event, and of starts of one energy
         part = changed(spec, name)["points" if name in QUANTITIES else "settings"]
         plans.append(planned(kind, **place | {name: part[name]}))
     for plan in plans:

@@ -12,7 +12,7 @@ from beltrepro import Catalogue, ChainParameters, ChainState, Grid, Results, Run
 from beltrepro.base import names
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
-from beltrepro.cli.options import grid
+from beltrepro.cli.options import by_block, grid
 
 CHAIN = ChainParameters(2, 5.0)
 STATE = ChainState.at_rest(CHAIN)
@@ -30,6 +30,8 @@ CALLS = [
     (Setup, {"chains": CHAIN}),
     (Grid, {"n_blocks": 2, "belt_velocity": 5.0}),
     (ChainParameters, {"n_blocks": 2, "belt_velocity": 5.0}),
+    (beltrepro.sweep, SHORT | {"belt_velocity": [5.0, 6.0]}),
+    (ChainState.at_balance, {"parameters": CHAIN}),
     (ChainState.in_motion, {"parameters": CHAIN}),
     (STATE.keyed, {"seed": 1, "replicate": 0}),
     (STATE.moved, {}),
@@ -60,11 +62,15 @@ WRONG = {
     "belt_velocity": (*NUMBER, 0.0),
     "velocities": NUMBERS,
     "tolerance": (*NUMBER, 1e-17, 2.0),
+    "on_error": (5, None, "", "ignore"),
+    "store": (5, "a\0.h5", ["a.h5"], "a.csv"),
     "method": (1, "", "euler", True, math.nan),
     "chains": (5, [None], ChainParameters, "much", []),
     "parameters": (5, [None], ChainParameters, "much", []),
     "initial_state": (5, [5], "much"),
     "progress": (5, True, "much"),
+    "spread": (*NUMBER, 1.5),
+    "belt": (5, [5.0, 6.0], [(0.0, 5.0), (0.0, 6.0)], [(20.0, 5.0)], "much"),
     "kind": (5, "", "slip"),
     "section_bins": (5, "much", [1.0], [0.0, -1.0], [0.0, math.nan], [[0.0, 1.0]]),
     "value": ("1", None, {"a": 1}, True, ["1"], [[1.0], [2.0, 3.0]]),
@@ -163,7 +169,7 @@ def test_misspelt_missing_and_wrong_options_are_named(capsys, monkeypatch, tmp_p
         if action.required:
             rest = {name: value for name, value in given.items() if name != option[2:]}
             refuse(capsys, command, rest, option)
-        if action.type in (int, float, grid):
+        if action.type in (int, float, grid, by_block):
             for wrong in ("much", "", *(["1.5"] if action.type is int else [])):
                 refuse(capsys, command, given | {option[2:]: wrong}, option)
     assert list(tmp_path.iterdir()) == []

@@ -243,6 +243,3 @@ def test_alternation_is_that_of_a_plain_loop():
         assert row["runs"] == shows.size and row["alternating"] == shows.sum()
         assert row["all_slip_longest_s"] == pytest.approx(slips.max())
         assert row["all_slip"] == np.sum(slips >= 60)
-    said = measure._alternating(table.assign(alternating=[1, 4, 3]))
-    assert [line["u"] for line in said] == ["", "12", "12"]
-    assert [line["most"] for line in said] == [1 / 3, 0.5, 0.6]

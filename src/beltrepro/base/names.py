@@ -3,6 +3,7 @@
 import difflib
 import functools
 import inspect
+import textwrap
 from collections.abc import Callable, Collection, Iterable
 from typing import Any, TypeVar, cast
 
@@ -80,7 +81,7 @@ def checked(called: F, also: Collection[str] = ()) -> F:
                 signature.bind(*args, **kwargs)
             except TypeError as error:
                 named = _to_be_named(parameters, args, kwargs)
-                needed = f"its arguments are {', '.join(accepted)}"
+                needed = f"its arguments are {textwrap.shorten(', '.join(accepted), 300)}"
                 words = f"write {named}" if named else f"{error}: {needed}"
                 raise InputError(f"{title}: {words}") from None
             raise

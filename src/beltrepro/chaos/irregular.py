@@ -124,7 +124,7 @@ def time_to_orbit(
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     warn_of_rests(made.cases, np.array([run.rests(duration) for run in runs]))
     settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
-    return Results(columns(made) | table, settings)
+    return Results(columns(made) | table, settings, None, [case.key for case in made.cases])
 
 
 _UNKNOWN = {"state": IRREGULAR, **period_of(None, np.empty(0)), **dict.fromkeys(MOMENTS, np.nan)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,9 @@ from beltrepro.chaos.naming import warn_of_rests
 from beltrepro.chaos.vectors import REST, end_errors, grow, slopes, standard_errors
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
+from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, observe
-from beltrepro.simulation.results import Results, gathered
+from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled
 from beltrepro.stats.motion import resolution
@@ -104,6 +106,8 @@ def lyapunov_spectrum(
     transient: float = 0.0,
     n_exponents: int | None = None,
     noise_clock: str = REST,
+    on_error: str = "raise",
+    store: str | Path | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> LyapunovSpectrum | Results:
@@ -135,6 +139,8 @@ def lyapunov_spectrum(
     noise_clock : str
         When noise is the same for two chains: "rest", at the same time since the last rest of the
         whole chain, as in `event`; or "laboratory", at the same time.
+    on_error, store : str, str or Path
+        As in `scan`; of one chain those runs are left out that fail.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -167,19 +173,21 @@ def lyapunov_spectrum(
         )
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_growth, count=count, **settings)
-    spectra = gathered("exponents", made, measure, progress, **settings)
-    warn_of_rests(made.cases, spectra.pop("rests"), transient)
-    across, growth = spectra.pop("across"), spectra["growth"]
+    settings["n_exponents"] = count
+    spectra = gathered("exponents", made, measure, progress, on_error, store, **settings)
+    warn_of_rests(made.cases, spectra.pop("_rests"), transient)
+    growth, across, stuck = spectra["growth"], spectra.pop("_across"), spectra["most_stuck"]
+    if one_chain and "error" in spectra:
+        growth, across, stuck = (one[spectra["error"] == ""] for one in (growth, across, stuck))
     order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
     growth = np.take_along_axis(growth, order[:, None], axis=2)
     runs, errors = slopes(growth), standard_errors(growth)
     largest, error = slopes(across), standard_errors(across)
     interval = (duration - transient) / growth.shape[1]
     if one_chain:
-        chain, stuck = made.cases[0].parameters, spectra["most_stuck"]
         parts = *_mean_of_runs(growth, errors), runs, growth, interval, stuck, noise_clock
         nontrivial = (mean.item() for mean in _mean_of_runs(across, error))
-        return LyapunovSpectrum(chain, *parts, *nontrivial)
+        return LyapunovSpectrum(made.cases[0].parameters, *parts, *nontrivial)
     spectra |= {"exponents": runs, "standard_error": errors, "growth": growth}
     spectra |= {"nontrivial_exponent": largest[:, 0], "nontrivial_error": error[:, 0]}
     spectra["interval"] = np.array(interval)
@@ -218,5 +226,5 @@ def _growth(
     growth = np.where(erased[:, None], -np.inf, growth)
     rests = (stuck.events == 0) & (stuck.most > 0)
     growth[rests] = np.nan
-    parts = {"growth": growth[..., :-1], "across": growth[..., -1:]}
-    return {"most_stuck": stuck.most, "rests": rests} | parts
+    parts = {"growth": growth[..., :-1], "_across": growth[..., -1:]}
+    return {"most_stuck": stuck.most, "_rests": rests} | parts

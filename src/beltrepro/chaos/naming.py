@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import MostStuck
+from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import (
     Group,
     Report,
@@ -31,7 +33,7 @@ from beltrepro.simulation.groups import (
     moments_of,
     observe,
 )
-from beltrepro.simulation.results import Results, gathered
+from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import Tabled, brief
 from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
@@ -93,6 +95,8 @@ def classify(
     duration: float,
     transient: float,
     noise_clock: str = REST,
+    on_error: str = "raise",
+    store: str | Path | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Motion | Results:
@@ -110,6 +114,8 @@ def classify(
         twice.
     noise_clock : str
         As in `lyapunov_spectrum`.
+    on_error, store : str, str or Path
+        As in `scan`.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -128,8 +134,9 @@ def classify(
     made = setup_of(chains, setup)
     vectors.check_method(made.cases, noise_clock)
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
-    motions = gathered("motion", made, partial(_judged, **settings), progress, **settings)
-    warn_of_rests(made.cases, motions.pop("rests"), transient)
+    measure = partial(_judged, **settings)
+    motions = gathered("motion", made, measure, progress, on_error, store, **settings)
+    warn_of_rests(made.cases, motions.pop("_rests"), transient)
     if not made.alone:
         return motions
     measured = [field.name for field in fields(Motion)[1:]]
@@ -181,7 +188,7 @@ def _judged(
             "nontrivial_exponent": exponents[lane, -1],
             "nontrivial_error": errors[lane, -1],
             "erased": stuck.most[lane],
-            "rests": rests,
+            "_rests": rests,
         }
         if closed is not None and state == PERIODIC:
             # the motion after the transient may hold irregular motion that came before the orbit

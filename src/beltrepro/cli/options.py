@@ -20,6 +20,7 @@ from beltrepro.base.checks import shown, spaced
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import hint, left, one_of
 from beltrepro.base.progress import Progress
+from beltrepro.model.parameters import PER_BLOCK
 
 CHAIN = tuple(constant.name for constant in fields(ChainParameters))
 UNITS = """\
@@ -134,12 +135,22 @@ def _add_option(group: Any, name: str, kind: Any, default: Any, words: str) -> N
 
 
 def chain_options(kind: Callable[[str], Any] | None = None) -> list:
-    """Which chain, with the words of `ChainParameters`; the law last."""
+    """Which chain, with the words of `ChainParameters`; the law last.
+
+    kind : of all values; if not given each is a number, and some may be one for each block.
+    """
     text = inspect.getdoc(ChainParameters) or ""
-    for python in (", per block", ", per spring", "math.", "`"):  # what only Python takes
+    blocks = "" if kind else ", one or N with commas"
+    for python, here in ((", per block", blocks), (", per spring", blocks)):
+        text = text.replace(python, here)
+    for python in ("math.", "`"):  # what only Python takes
         text = text.replace(python, "")
     words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
-    rows = [field_option(one, words.get(one.name, ""), kind) for one in fields(ChainParameters)]
+    kinds = dict.fromkeys(PER_BLOCK, kind or by_block)
+    rows = [
+        field_option(one, words.get(one.name, ""), kinds.get(one.name, kind))
+        for one in fields(ChainParameters)
+    ]
     return [*rows[:3], "law of springs and friction, as in the paper if not given", *rows[3:]]
 
 
@@ -150,6 +161,12 @@ def field_option(setting: Field, words: str, kind: Any = None) -> tuple:
         words = f"{words} ({default:g})"
     is_whole = setting.type is int or isinstance(default, int)
     return setting.name, kind or (int if is_whole else float), default, words
+
+
+def by_block(text: str) -> float | tuple[float, ...]:
+    """A number of an option, or as 1,3,1 one for each block."""
+    first, *others = (_number(float, "a number", part) for part in text.split(","))
+    return (first, *others) if others else first
 
 
 def grid(text: str) -> list[float]:

@@ -296,8 +296,8 @@ class Integrator:
         moving = self._of_chains(lanes.relative_velocities), self._of_chains(lanes.directions)
         return acceleration(self.positions(), *moving, self.parameters[0], noise)
 
-    def energy_residual(self) -> np.ndarray:
-        """Energy balance (W,): what it does not account for, as a share of the belt's work.
+    def energy_balance(self) -> tuple[np.ndarray, np.ndarray]:
+        """What the energy balance does not account for (W,), and the belt's work (W,).
 
         Work of the belt (the support does not move and does none) minus friction loss minus the
         change of energy. The belt's impulse follows from the momentum of the chain and the impulse
@@ -312,8 +312,11 @@ class Integrator:
         loss = self._of_chains(self._lanes().friction_losses).sum(axis=1)
         energy = potential_energy(self.positions(), self.parameters[0])
         energy += kinetic_energy(self.parameters[0], self.velocities())
-        missing = belt - loss - (energy - initial_energy)
-        return missing / np.maximum(np.abs(belt), np.finfo(float).tiny)
+        return belt - loss - (energy - initial_energy), belt
+
+    def energy_residual(self) -> np.ndarray:
+        """What the energy balance does not account for (W,), as a share of the belt's work."""
+        return share_of_work(*self.energy_balance())
 
     def _of_chains(self, values):
         # contiguous, so that sums over blocks round the same way for any number of chains
@@ -378,6 +381,11 @@ class Integrator:
             f"{self.parameters[lane].describe()}: {reason} at t = {self._reached(lane):g} "
             f"(time_step = {self.time_step:g})"
         )
+
+
+def share_of_work(missing: np.ndarray, work: np.ndarray) -> np.ndarray:
+    """Energy that is not accounted for, as a share of the belt's work."""
+    return missing / np.maximum(np.abs(work), np.finfo(float).tiny)
 
 
 def _stacked(values: Sequence) -> np.ndarray:

@@ -13,13 +13,16 @@ from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.engine.noise import normal_deviates, stream_states
+from beltrepro.engine.noise import normal_deviates, stream_key, stream_states
 from beltrepro.engine.simd import LANES
 from beltrepro.engine.vector import zeros
 from beltrepro.model import ChainParameters
-from beltrepro.model.friction import next_direction
+from beltrepro.model.friction import kinetic_friction, next_direction
 from beltrepro.model.parameters import LONGEST, check_chain
-from beltrepro.model.spring import external_force, potential_energy
+from beltrepro.model.spring import external_force, potential_energy, spring_extension
+
+_BALANCED = 3  # purpose of a random stream: states at the balance, not friction or other starts
+_HELD = 1 - 1e-6  # of a threshold: what holds against more has no stuck state at the balance
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +38,8 @@ class Scheme:
 class ChainState:
     """A chain at one instant, in model units: a run can begin here.
 
-    Made by `Run.final_state`, or from positions and velocities by `at_rest` and `in_motion`. To
-    move the blocks of a state, use `moved`.
+    Made by `Run.final_state`, from positions and velocities by `at_rest` and `in_motion`, or at
+    random by `at_balance`. To move the blocks of a state, use `moved`.
 
     Attributes
     ----------
@@ -166,6 +169,58 @@ class ChainState:
         """
         state = cls.at_rest(parameters, positions, time=time, seed=seed, replicate=replicate)
         return state if velocities is None else state.moved(velocities=velocities)
+
+    @classmethod
+    @names.checked
+    def at_balance(
+        cls,
+        parameters: ChainParameters,
+        *,
+        spread: float = 1.0,
+        time: float = 0.0,
+        seed: int = 1,
+        replicate: int = 0,
+    ) -> ChainState:
+        """All blocks stuck near the balance of springs and friction: a start that needs no loading.
+
+        The springs pull block i back by F_st,i (f + spread (1 - f) q_i), with f its kinetic over
+        its static friction and q_i random, uniform from -1 to 1. On average that is kinetic
+        friction, as in stationary motion. With a spread of 1 the pulls are distributed as that on
+        a single block on a slow belt, which each slip takes from F_st to 2 F_k - F_st.
+
+        Parameters
+        ----------
+        parameters : ChainParameters
+            The chain.
+        spread : float
+            Half the width of the distribution of the pulls over F_st - F_k, 0 to 1.
+        time, seed, replicate : as for `at_rest`
+            When, and the key of the pulls and of the random stream.
+
+        Returns
+        -------
+        ChainState
+            From which a run can begin. No block slips at once, unless its threshold is below 0.
+
+        Raises
+        ------
+        InputError
+            A value is not allowed, or blocks would begin on the wrong side of each other.
+        """
+        spread = checks.within("spread", spread, ge=0, le=1)
+        state = cls.at_rest(parameters, time=time, seed=seed, replicate=replicate)
+        kinetic = kinetic_friction(parameters, parameters.belt_velocity)
+        share = np.minimum(kinetic / parameters.by_block("static_friction"), _HELD)
+        key = stream_key(parameters, state.seed, state.replicate, _BALANCED)
+        random = np.random.default_rng(key).uniform(-1.0, 1.0, parameters.n_blocks)
+        share = share + spread * (1 - share) * random
+        # each spring holds all blocks beyond it
+        tension = np.cumsum((share * np.maximum(state.thresholds, 0.0))[::-1])[::-1]
+        lengths = np.asarray(parameters.rest_length) + spring_extension(tension, parameters)
+        if not np.all(lengths > 0):
+            where = f"springs as short as rest_length = {np.min(parameters.rest_length):g} let"
+            raise InputError(f"spread = {spread:g}: {where} blocks begin beyond each other")
+        return state.moved(np.cumsum(lengths))
 
     @property
     def positions(self) -> np.ndarray:

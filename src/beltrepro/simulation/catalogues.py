@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beltrepro.base import checks, names
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
@@ -17,7 +17,15 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import Reach
 from beltrepro.observe.slips import EventLog, slips_and_avalanches
-from beltrepro.simulation.groups import Group, Report, in_groups, integrator_of, of_each
+from beltrepro.simulation.groups import (
+    ON_ERROR,
+    Group,
+    Report,
+    in_groups,
+    integrator_of,
+    parts_of,
+    warn_of_failures,
+)
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.setup import (
     Chains,
@@ -87,6 +95,7 @@ def catalogue(
     transient: float = 0.0,
     section_block: int | None = None,
     section_position: PerChain[float] | None = None,
+    on_error: str = "raise",
     progress: Report | None = None,
     **setup: Any,
 ) -> Catalogue:
@@ -104,6 +113,9 @@ def catalogue(
     section_position : float, or a sequence of P
         Position of the section, model length (Fig. 10: 304.3). If not given, by the rule
         `beltrepro.model.section_position`.
+    on_error : str
+        What a run does that leaves the range of the model: "raise" ends all; "nan" leaves its chain
+        without rows, as in `scan`, and adds the array errors: point, error (its line).
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -127,6 +139,7 @@ def catalogue(
     InputError, ModelStateError
         A value is not allowed, or a state left the range of the model.
     """
+    names.one_of("on_error", on_error, ON_ERROR)
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     sizes = [case.parameters.n_blocks for case in made.cases]
@@ -139,15 +152,27 @@ def catalogue(
     vectors = [(name, "f8", (max(sizes),)) for name in ("positions", "velocities")]
     crossing = np.dtype([("point", "i4"), ("time", "f8"), *vectors])
     record = partial(_recorded, sections, section_block, crossing, transient, loading)
-    recorded = of_each(in_groups(made.cases, record, progress, workers=made.workers))
+    work, lines = partial(parts_of, record, on_error), [""] * len(made.cases)
+    recorded: dict[int, tuple[Any, ...]] = {}
+    for _, parts in in_groups(made.cases, work, progress, workers=made.workers):
+        for indices, part in parts:
+            if isinstance(part, ModelStateError):
+                lines[indices[0]] = str(part)
+            else:
+                recorded |= dict(zip(indices.tolist(), part, strict=True))
     loading.warn()
-    *parts, missing = zip(*recorded, strict=True)
+    warn_of_failures(lines, on_error)
+    *parts, missing = zip(*(recorded[index] for index in sorted(recorded)), strict=True)
     if any(missing):
         first, many = next(filter(None, missing)), sum(map(bool, missing))
         warn(first if len(missing) == 1 else f"{many} of {len(missing)} chains: {first}")
     tables = map(np.concatenate, parts)
     arrays = zip(("slips", "avalanches", "section"), tables, strict=True)
-    return Catalogue(arrays, [case.parameters for case in made.cases])
+    found = Catalogue(arrays, [case.parameters for case in made.cases])
+    if on_error == "nan":
+        fields = [("point", "i4"), ("error", np.array(lines).dtype)]
+        found["errors"] = np.array([row for row in enumerate(lines) if row[1]], fields)
+    return found
 
 
 def _recorded(

@@ -48,8 +48,9 @@ class Grid:
         m of all blocks and k of all springs; mass=[(1, 3, 1)] is one chain whose blocks differ.
     weakening_velocity, viscosity : float or sequence of float
         v_w and eta of kinetic friction.
-    replicates : int
-        Runs at each combination, with other random numbers: replicates 0, 1, ...
+    replicates : int or sequence of int
+        Runs at each combination, with other random numbers: how many, the replicates 0, 1, ...; or
+        which, as in `range(16, 32)`.
     chains : tuple of ChainParameters
         The P chains.
     replicate : tuple of int
@@ -74,7 +75,7 @@ class Grid:
     stiffness: Axis[float] = _PAPER.stiffness
     weakening_velocity: Axis[float] = _PAPER.weakening_velocity
     viscosity: Axis[float] = _PAPER.viscosity
-    replicates: int = 1
+    replicates: int | Sequence[int] = 1
     chains: tuple[ChainParameters, ...] = field(init=False)
     replicate: tuple[int, ...] = field(init=False)
 
@@ -82,16 +83,16 @@ class Grid:
         axes = {name: _values(name, getattr(self, name)) for name in QUANTITIES}
         for name in PER_BLOCK:
             _check_chains(name, getattr(self, name), axes)
-        copies = checks.key("replicates", self.replicates)
-        count = copies * (combinations := math.prod(map(len, axes.values())))
+        copies = _replicates(self.replicates)
+        count = len(copies) * (combinations := math.prod(map(len, axes.values())))
         if not 1 <= count <= MOST_CHAINS:
             largest = max(axes, key=lambda name: len(axes[name]))
-            name = "replicates" if copies in (0, count) else largest
+            name = "replicates" if len(copies) in (0, count) else largest
             raise InputError(f"{name}: makes {count} points, allowed are 1 to {MOST_CHAINS}")
         different = [ChainParameters(*values) for values in itertools.product(*axes.values())]
-        chains = tuple(chain for chain in different for _ in range(copies))
+        chains = tuple(chain for chain in different for _ in copies)
         object.__setattr__(self, "chains", chains)
-        object.__setattr__(self, "replicate", tuple(range(copies)) * combinations)
+        object.__setattr__(self, "replicate", tuple(copies) * combinations)
 
     def __len__(self) -> int:
         return len(self.chains)
@@ -108,6 +109,16 @@ def _values(name: str, value: Any) -> list:
     if values := checks.listed(name, value):
         return values
     raise InputError(f"{name} is empty: at least one number is needed")
+
+
+def _replicates(value: Any) -> Sequence[int]:
+    """Which replicates there are, of a number of them or of themselves."""
+    if not checks.is_sequence(value):
+        return range(checks.key("replicates", value))
+    copies = [checks.key("replicates", item) for item in checks.listed("replicates", value)]
+    if len(set(copies)) < len(copies):
+        raise InputError(f"replicates = {checks.shown(value)}: each may be there once")
+    return copies
 
 
 def _check_chains(name: str, value: Any, axes: dict[str, list]) -> None:

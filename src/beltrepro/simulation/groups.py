@@ -1,13 +1,14 @@
 """Groups of cases that advance together, on several cores."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from beltrepro.base.checks import shown
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.base.threads import in_threads
 from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.model import ChainParameters
@@ -18,7 +19,10 @@ from beltrepro.simulation.setup import METHODS, Case, warn
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""
 T = TypeVar("T")
+Part: TypeAlias = tuple[np.ndarray, T | ModelStateError]
+"""Numbers of some chains and what is made of them; or the number of one and why nothing is."""
 
+ON_ERROR = ("raise", "nan")
 _GROUPS_EACH = 2  # groups for each core, at least: they take different times
 _VECTOR = 8  # chains that an integrator advances in about the time of one
 MOMENTS_INTERVAL = 0.1  # that of the chain of the paper, in which oscillations take 3
@@ -56,18 +60,19 @@ def in_groups(
     progress: Report | None,
     *,
     workers: int | None = 1,
+    skipped: Collection[int] = (),
 ) -> list[tuple[np.ndarray, T]]:
-    """The indices of the cases of each group, and what is made of it."""
+    """The indices of the cases of each group, and what is made of it; some may be skipped."""
     check_progress(progress)
     workers = workers or 1
-    groups = _groups(cases, workers)
+    groups = _groups(cases, workers, skipped)
     sizes = np.array([len(group) * cases[group[0]].parameters.n_blocks for group in groups])
     done = np.zeros(len(groups))
     shown = 0.0
 
     def show() -> None:
         nonlocal shown
-        fraction = min(float(sizes @ done / sizes.sum()), 1.0)
+        fraction = min(float(sizes @ done / sizes.sum()), 1.0) if groups else 1.0
         if progress is not None and fraction > shown:
             shown = fraction
             progress(fraction)
@@ -80,7 +85,7 @@ def in_groups(
         indices = groups[number]
         return work(Group([cases[index] for index in indices], indices, report))
 
-    if workers == 1 or len(groups) == 1:
+    if workers == 1 or len(groups) <= 1:
         outcomes = [made(number, show) for number in range(len(groups))]
     else:
         outcomes = in_threads(made, np.argsort(-sizes, kind="stable"), show, workers)
@@ -89,17 +94,52 @@ def in_groups(
     return list(zip(groups, outcomes, strict=True))
 
 
+def parts_of(work: Callable[[Group], T], on_error: str, group: Group) -> list[Part[T]]:
+    """What is made of a group: one part, or where runs fail several, of each such run its error.
+
+    No bit of a chain depends on its company: halves of a group go on without the one that fails.
+    """
+    try:
+        return [(group.indices, work(group))]
+    except ModelStateError as error:
+        if on_error == "raise":
+            raise
+        if len(group.cases) == 1:
+            return [(group.indices, error)]
+    parts, middle = [], len(group.cases) // 2
+    for begin, half in ((0.0, slice(middle)), (0.5, slice(middle, None))):
+        report = partial(_told_from, begin, group.report)
+        parts += parts_of(work, on_error, Group(group.cases[half], group.indices[half], report))
+    return parts
+
+
+def _told_from(begin: float, report: Report, fraction: float) -> None:
+    report(begin + 0.5 * fraction)
+
+
+def warn_of_failures(lines: Sequence[str], on_error: str) -> None:
+    """Warn of chains that have failed, by the line of each; raise the first if all have."""
+    failed = [line for line in lines if line]
+    if failed and (on_error == "raise" or len(failed) == len(lines)):
+        raise ModelStateError(failed[0])
+    if failed:
+        chain, _, reason = failed[0].partition(": ")
+        what = reason.partition(" at t = ")[0]
+        warn(f"{len(failed)} of {len(lines)} chains: {what} (first: {chain})")
+
+
 def of_each(made: list[tuple[np.ndarray, list[T]]]) -> list[T]:
     """What was made of each case, in their order, from what was made of the groups."""
     outcomes = dict(pair for indices, parts in made for pair in zip(indices, parts, strict=True))
     return [outcomes[index] for index in range(len(outcomes))]
 
 
-def _groups(cases: Sequence[Case], workers: int) -> list[np.ndarray]:
+def _groups(cases: Sequence[Case], workers: int, skipped: Collection[int]) -> list[np.ndarray]:
     """Indices of the cases of each group: at most GROUP_SIZE, fewer where cores would idle."""
     alike: dict[tuple, list[int]] = {}
     for index, case in enumerate(cases):
-        alike.setdefault(case.kind, []).append(index)
+        if index not in skipped:
+            alike.setdefault(case.kind, []).append(index)
     size = GROUP_SIZE
     while True:
         groups = [

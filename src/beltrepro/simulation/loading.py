@@ -47,8 +47,18 @@ class LoadingWatch:
                     needed = self._needed(cases[lane], length[lane])
                     self._loading[int(group.indices[lane])] = needed, disorder[lane]
 
-    def warn(self) -> None:
-        """Warn if runs are measured while their chains load, and say how long that takes."""
+    def noted(self, indices: np.ndarray) -> np.ndarray:
+        """What `warn` needs of some runs (W, 2): a transient, and r; NaN of those that are well."""
+        return np.array([self._loading.get(index, (np.nan, np.nan)) for index in indices.tolist()])
+
+    def warn(self, noted: np.ndarray | None = None) -> None:
+        """Warn if runs are measured while their chains load, and say how long that takes.
+
+        noted : of all runs (P, 2), where some were made by another call.
+        """
+        if noted is not None:
+            rows = enumerate(noted.tolist())
+            self._loading = {row: (time, r) for row, (time, r) in rows if not math.isnan(time)}
         if not self._loading:
             return
         number = max(sorted(self._loading), key=lambda number: self._loading[number][0])

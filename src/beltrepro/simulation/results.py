@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,16 +11,17 @@ import numpy as np
 
 from beltrepro.base import atomic, checks, names, provenance, store
 from beltrepro.base.errors import InputError
+from beltrepro.engine.state import ChainState
 from beltrepro.model.units import TEXTS, UNIT_OF
 from beltrepro.simulation.grid import QUANTITIES
-from beltrepro.simulation.groups import Group, Report, in_groups
-from beltrepro.simulation.setup import Setup, columns
+from beltrepro.simulation.packed import packed, unpacked
 from beltrepro.simulation.tables import Arrays, frame
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Measure = Callable[[Group], dict[str, np.ndarray]]
+# quantities of the setup that all chains of a table share as a rule
+_MEANS = ("method", "time_step", "tolerance", "initial_spread", "seed")
 # Axes of arrays after that of the chains, where they are not the blocks.
 _AXES = {"section_velocity": "crossing", "section_histogram": "bin", "return_state": "coordinate"}
 _AXES |= {"exponents": "exponent", "standard_error": "exponent", "growth": "stretch exponent"}
@@ -36,11 +37,21 @@ class Results(Arrays):
     ----------
     settings : dict
         What the function was told beside the setup, and its name.
+    final_states : list of ChainState, or None
+        Where the chains have ended, of `scan` and `time_to_continuous_slip`: as `initial_state`
+        they continue it. A chain that has failed has a state of NaN, from which it fails again.
     """
 
-    def __init__(self, arrays: dict[str, np.ndarray], settings: dict[str, Any]) -> None:
+    def __init__(
+        self,
+        arrays: dict[str, np.ndarray],
+        settings: dict[str, Any],
+        final_states: list[ChainState] | None = None,
+        run_keys: Sequence[str] = (),
+    ) -> None:
         super().__init__(arrays)
-        self.settings = settings
+        self.settings, self.final_states = settings, final_states
+        self.run_keys = list(run_keys)  # runs of one key are the same run
 
     def __repr__(self) -> str:
         chains = len(self["replicate"])
@@ -88,6 +99,40 @@ class Results(Arrays):
         return frame(columns)
 
     @names.checked
+    def joined(self, other: Results) -> Results:
+        """These results and those of further chains, as one table.
+
+        Parameters
+        ----------
+        other : Results
+            Of the same function with the same settings.
+
+        Returns
+        -------
+        Results
+            First the chains of this one, then those of `other` that it has not: a run of the same
+            chain, replicate and start is there once.
+
+        Raises
+        ------
+        InputError
+            A setting differs, which the line names with both its values; or one of the two is of a
+            file of an earlier version.
+        """
+        if not isinstance(other, Results):
+            raise InputError(f"other = {checks.shown(other)}: Results are needed")
+        refuse_others("other", other, self)
+        known = set(self.run_keys)
+        other = some_of(other, [i for i, key in enumerate(other.run_keys) if key not in known])
+        keys, states, settings = self.run_keys + other.run_keys, None, self.settings
+        if self.final_states is not None and other.final_states is not None:
+            states = self.final_states + other.final_states
+        if "code_version" in settings:
+            made = [provenance.origin() | result.settings for result in (self, other)]
+            settings = settings | provenance.of_all(made)
+        return Results(in_one_table([self, other]), settings, states, keys)
+
+    @names.checked
     def save(self, path: str | Path) -> None:
         """Write the table as CSV, or all arrays with the settings as HDF5, over what is there.
 
@@ -111,7 +156,10 @@ class Results(Arrays):
             order = {"columns": json.dumps(list(self)), "coordinates": " ".join(self.axes)}
             about = {name: {"units": TEXTS[UNIT_OF.get(name, "1")]} for name in self}
             axes = {name: ["chain", *_AXES.get(name, "block").split()] for name in self}
-            store.write(path, self, provenance.origin() | self.settings | order, about, axes)
+            arrays = self | packed(self.final_states or [])
+            arrays |= {"key": np.array(self.run_keys)} if self.run_keys else {}
+            attributes = provenance.origin() | self.settings | order
+            store.write(path, arrays, attributes, about, axes)
 
     @classmethod
     @names.checked
@@ -135,33 +183,82 @@ class Results(Arrays):
         """
         if checks.path("path", path).suffix.lower() == ".csv":
             raise InputError(f"path = {path}: pandas.read_csv reads a table; this needs an .h5")
-        data = store.read(path)
-        if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
-            raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
-        data.attributes.pop("coordinates", None)
-        order = json.loads(data.attributes.pop("columns", "[]")) or data.arrays
-        return cls({name: data.arrays[name] for name in order}, data.attributes)
+        results = read(path)
+        for name in [name for name in results if name.startswith("_")]:
+            del results[name]
+        return results
 
 
-def gathered(
-    kind: str, setup: Setup, measure: Measure, progress: Report | None, **settings: Any
-) -> Results:
-    """A row for each chain, of the arrays (W, ...) that are measured of each group."""
-    measured = in_groups(setup.cases, measure, progress, workers=setup.workers)
-    groups, parts = zip(*measured, strict=True)
-    table = columns(setup)
-    for name in list(parts[0]):
-        # a scan of many chains is held but once
-        table[name] = _joined(groups, [part.pop(name) for part in parts])
-    return Results(table, {"kind": kind} | settings)
+def read(path: str | Path) -> Results:
+    """All that a file of results has, with what names with _ are: of its maker alone."""
+    data = store.read(path)
+    if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
+        raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
+    data.attributes.pop("coordinates", None)
+    order = json.loads(data.attributes.pop("columns", "[]")) or data.arrays
+    table = {name: data.arrays[name] for name in order}
+    keys = data.arrays.get("key", np.empty(0)).tolist()
+    return Results(table, data.attributes, unpacked(data.arrays), keys)
 
 
-def _joined(groups: list[np.ndarray], arrays: list[np.ndarray]) -> np.ndarray:
-    """Arrays (W, ...) of groups as one (P, ...), padded with NaN or 0."""
-    shape = np.max([array.shape[1:] for array in arrays], axis=0).astype(int)
-    dtype = np.result_type(*arrays)
-    joined = np.full((sum(map(len, groups)), *shape), np.nan if dtype.kind == "f" else 0, dtype)
-    for group, array in zip(groups, arrays, strict=True):
-        corner: Any = (group, *map(slice, array.shape[1:]))
+def refuse_others(what: str, held: Results, new: Results) -> None:
+    """That results were made with the settings of others, beside which they shall stand.
+
+    Of a quantity of the setup chains of one table may have several values: they share one.
+    """
+    if not held.run_keys:
+        raise InputError(f"{what}: its runs have no keys, as in files of earlier versions")
+    values: dict[str, list[list]] = {}
+    for name in dict.fromkeys((*new.settings, *held.settings)):
+        if name not in provenance.origin():
+            values[name] = [[result.settings.get(name, "none")] for result in (held, new)]
+    values |= {name: [result[name].tolist() for result in (held, new)] for name in _MEANS}
+    for name, pair in values.items():
+        there, here = (dict.fromkeys(map(str, some)) for some in pair)
+        if there.keys().isdisjoint(here):
+            texts = (checks.shown(", ".join(some)).strip("'") for some in (there, here))
+            raise InputError("{}: {} is {} there and {} here".format(what, name, *texts))
+
+
+def some_of(results: Results, rows: list[int]) -> Results:
+    """Results of some of the chains."""
+    table = {name: array[rows] if array.ndim else array for name, array in results.items()}
+    states = results.final_states and [results.final_states[row] for row in rows]
+    return Results(table, results.settings, states, [results.run_keys[row] for row in rows])
+
+
+def in_one_table(results: Sequence[Results]) -> dict[str, np.ndarray]:
+    """The arrays of several results, their chains one after the other."""
+    counts = [len(one["replicate"]) for one in results]
+    ends = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
+    table: dict[str, np.ndarray] = {}
+    for name in dict.fromkeys(name for one in results for name in one):
+        parts = [pair for pair in zip(ends, results, strict=True) if name in pair[1]]
+        wide = any(one[name].ndim > 1 for _, one in parts)
+        pieces = [(end, _by_block(one, name) if wide else one[name]) for end, one in parts]
+        table[name] = in_rows(sum(counts), pieces) if pieces[0][1].ndim else pieces[0][1]
+    return table
+
+
+def in_rows(total: int, pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Arrays (W, ...), each with the numbers of its rows, as one (P, ...).
+
+    It is padded with NaN, 0 or an empty text, and has these in rows that no array has.
+    """
+    shape = np.max([array.shape[1:] for _, array in pieces], axis=0).astype(int)
+    dtype = np.result_type(*(array for _, array in pieces))
+    joined = np.zeros((total, *shape), dtype)
+    if dtype.kind == "f":
+        joined[...] = np.nan
+    for rows, array in pieces:
+        corner: Any = (rows, *map(slice, array.shape[1:]))
         joined[corner] = array
     return joined
+
+
+def _by_block(results: Results, name: str) -> np.ndarray:
+    """A constant of each block (P, N), where it is one number of a chain, too."""
+    if (values := results[name]).ndim > 1:
+        return values
+    counts = results["n_blocks"][:, None]
+    return np.where(np.arange(counts.max(initial=0)) < counts, values[:, None], np.nan)

@@ -2,13 +2,15 @@
 
 Its HDF5 file has datasets time (T,), positions, velocities, friction (T, N) and events, as `Run`
 names them; groups initial_state and final_state with the arrays of `ChainState`, and in them a
-group scheme with the variables of the integrator. All other values are attributes of the file.
+group scheme with the variables of the integrator. Of a belt that changes its velocity, belt has the
+rows of `Run.belt`, and groups change_0, ... the states. All other values are attributes.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +23,7 @@ from beltrepro.engine.state import ChainState, Scheme, equal_fields
 from beltrepro.model import ChainParameters
 from beltrepro.observe import sum_rule
 from beltrepro.simulation.grid import QUANTITIES
+from beltrepro.simulation.packed import OF_STATE
 from beltrepro.simulation.tables import Tabled, blocks
 
 if TYPE_CHECKING:
@@ -28,7 +31,6 @@ if TYPE_CHECKING:
 
 _ARRAYS = ("time", "positions", "velocities", "friction", "events")
 _STATES = ("initial_state", "final_state")
-_OF_STATE = [one.name for one in fields(ChainState) if one.name not in ("parameters", "scheme")]
 _NUMBERS = [(name, "f8") for name in ("force", "position", "dissipated")]
 EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), *_NUMBERS])
 
@@ -73,6 +75,8 @@ class Run(Tabled):
         time; block, from 1; kind, "slip" or "stick"; force, the external force F_ex there;
         position; dissipated, the friction loss of that block since the energy audit began (see
         `ChainState`). A block that reverses without sticking has a stick and a slip at one time.
+    changes : tuple of ChainState
+        Where another velocity of the belt begins, as the chain was before; the audit begins there.
     """
 
     parameters: ChainParameters
@@ -96,11 +100,13 @@ class Run(Tabled):
     velocities: np.ndarray
     friction: np.ndarray
     events: np.ndarray
+    changes: tuple[ChainState, ...] = ()
 
     def __repr__(self) -> str:
         start, end = self.initial_state.time, self.final_state.time
+        more = f", then {len(self.changes)} other u" if self.changes else ""
         return (
-            f"Run({self.parameters.describe()}, {self.method}, t={start:g} to {end:g}: "
+            f"Run({self.parameters.describe()}{more}, {self.method}, t={start:g} to {end:g}: "
             f"r={self.disorder_parameter:.6g}, <x_N>={self.mean_length:.6g}, "
             f"{len(self.time)} samples, {len(self.events)} events)"
         )
@@ -116,25 +122,46 @@ class Run(Tabled):
         return equal_fields(self, other)
 
     @property
+    def belt(self) -> list[tuple[float, float]]:
+        """Since when, from the beginning of the run on, the belt has had which velocity."""
+        begun = self.initial_state.time
+        pieces = self._pieces()
+        return [(begin.time - begun, end.parameters.belt_velocity) for begin, end in pieces]
+
+    def _pieces(self) -> list[tuple[ChainState, ChainState]]:
+        """First and last state at each velocity of the belt."""
+        ends = *self.changes, self.final_state
+        begins = [end.under(after.parameters) for end, after in pairwise(ends)]
+        return list(zip([self.initial_state, *begins], ends, strict=True))
+
+    @property
     def mean_wall_tension(self) -> float:
         """Exact mean of the first spring's pull over the whole run, unit of force."""
-        return float(sum_rule.mean_wall_tension([self.initial_state], [self.final_state])[0])
+        begins, ends = map(list, zip(*self._pieces(), strict=True))
+        times = [end.time - begin.time for begin, end in zip(begins, ends, strict=True)]
+        return _mean(sum_rule.mean_wall_tension(begins, ends), times)
 
     @property
     def sum_rule_residual(self) -> float:
         """What the sum rule does not explain of it, as a share of N k (docs/physics.md).
 
-        Without noise that is rounding for "event", and of the order of dt for "verlet".
+        Without noise that is rounding for "event", and of the order of dt for "verlet". Of several
+        velocities of the belt each counts by the way of the belt.
         """
         columns = [self.events[name] for name in ("time", "block", "force", "position")]
         time, block, force, position = columns
         place = position - self.parameters.rest_positions[block - 1]
         slips = self.events["kind"] == "slip"
-        forward = sum_rule.ForwardSlip([self.initial_state])
         rows = np.column_stack([time, block - 1, slips, force, place])
-        forward.follow(rows[None], np.array([len(rows)]))
-        ends = [self.initial_state], [self.final_state]
-        return float(sum_rule.sum_rule_residual(*ends, forward.way(ends[1]))[0])
+        cuts = np.searchsorted(time, [state.time for state in self.changes], side="right")
+        residuals, ways = [], []
+        for (begin, end), part in zip(self._pieces(), np.split(rows, cuts), strict=True):
+            forward = sum_rule.ForwardSlip([begin])
+            forward.follow(part[None], np.array([len(part)]))
+            ends = [begin], [end]
+            residuals += sum_rule.sum_rule_residual(*ends, forward.way(ends[1])).tolist()
+            ways.append((end.time - begin.time) * end.parameters.belt_velocity)
+        return _mean(residuals, ways)
 
     @names.checked
     def plot(self, path: str | Path | None = None) -> Figure:
@@ -182,9 +209,12 @@ class Run(Tabled):
         attributes |= {name: getattr(self, name) for name in _numbers()}
         for name, value in asdict(self.parameters).items():
             attributes[name] = json.dumps(value) if isinstance(value, tuple) else value
-        for name in _STATES:
-            state = getattr(self, name)
-            arrays |= {f"{name}/{part}": getattr(state, part) for part in _OF_STATE}
+        states = {name: getattr(self, name) for name in _STATES}
+        if self.changes:
+            states |= {f"change_{number}": state for number, state in enumerate(self.changes)}
+            arrays["belt"] = np.array(self.belt)
+        for name, state in states.items():
+            arrays |= {f"{name}/{part}": getattr(state, part) for part in OF_STATE}
             if scheme := state.scheme:
                 attributes[f"{name}_integrator"] = scheme.integrator
                 attributes[f"{name}_time_step"] = scheme.time_step
@@ -220,7 +250,13 @@ class Run(Tabled):
             chain = ChainParameters(**{name: _constant(stored[name]) for name in QUANTITIES})
             values: dict[str, Any] = {name: stored.get(name) for name in _numbers()}
             values |= {name: data.arrays[name] for name in _ARRAYS}
-            values |= {name: _state(name, chain, data) for name in _STATES}
+            first, *later = data.arrays.get("belt", np.array([[0, chain.belt_velocity]]))[:, 1]
+            places = [f"change_{number}" for number in range(len(later))]
+            moving = [replace(chain, belt_velocity=u) for u in (first, *later)]
+            places, moving = [_STATES[0], *places, _STATES[1]], [chain, *moving]
+            states = [_state(*pair, data) for pair in zip(places, moving, strict=True)]
+            values |= dict(zip(_STATES, (states[0], states[-1]), strict=True))
+            values["changes"] = tuple(states[1:-1])
         except (InputError, ValueError, TypeError) as error:
             raise InputError(f"{path}: {error}") from None
         except KeyError as error:
@@ -230,8 +266,13 @@ class Run(Tabled):
 
 def _numbers() -> list[str]:
     """The fields of a run that are single numbers or text."""
-    others = ("parameters", *_ARRAYS, *_STATES)
+    others = ("parameters", "changes", *_ARRAYS, *_STATES)
     return [field.name for field in fields(Run) if field.name not in others]
+
+
+def _mean(values: Any, weights: list[float]) -> float:
+    """The weighted mean; of one value this one, bit by bit."""
+    return float(np.dot(values, np.divide(weights, sum(weights))))
 
 
 def _constant(value: Any) -> Any:
@@ -240,7 +281,7 @@ def _constant(value: Any) -> Any:
 
 
 def _state(name: str, chain: ChainParameters, data: store.Dataset) -> ChainState:
-    arrays = {part: data.arrays[f"{name}/{part}"] for part in _OF_STATE}
+    arrays = {part: data.arrays[f"{name}/{part}"] for part in OF_STATE}
     values: Any = {part: array if array.ndim else array.item() for part, array in arrays.items()}
     scheme, prefix = None, f"{name}/scheme/"
     if integrator := data.attributes.get(f"{name}_integrator"):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,9 +19,10 @@ from beltrepro.observe.crossings import SectionHistogram, SectionValues
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
+from beltrepro.simulation.gathering import STATES, gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.loading import LoadingWatch
-from beltrepro.simulation.results import Results, gathered
+from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import (
     Case,
     Chains,
@@ -48,6 +51,8 @@ def scan(
     section_values: int = 500,
     section_bins: Sequence[float] | None = None,
     laminar_time: float | None = None,
+    on_error: str = "raise",
+    store: str | Path | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Results:
@@ -69,6 +74,14 @@ def scan(
     laminar_time : float, optional
         Shortest slip of the last block that counts as a laminar phase, model time; if not given 200
         times sqrt(mass / stiffness) of each chain's heaviest block and softest spring.
+    on_error : str
+        What a run does that leaves the range of the model: "raise" ends all; "nan" gives its row
+        NaN (counts 0, texts empty) and the array error (P,) its line, empty for the others. A
+        warning counts such rows; where no run is left the first error is raised.
+    store : str or Path, optional
+        A file, .h5, that keeps what is finished, also of a call that is interrupted. What it has
+        of these chains, whatever their order, is not computed again, and what it lacks is added.
+        Another duration, transient, method, tolerance, seed or the like is refused.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -88,6 +101,8 @@ def scan(
           a force, positive where the wall is pulled; last_stick_time of the last block, NaN if it
           never stuck
 
+        `initial_state=results.final_states` goes on from its end.
+
     Raises
     ------
     InputError, ModelStateError
@@ -104,10 +119,15 @@ def scan(
     loading = LoadingWatch(made.cases, duration, transient)
     measure = partial(_scanned, sections, loading, **settings, laminar_time=laminar_time)
     settings |= {"laminar_time": _laminar_time(laminar_time, made.cases)}
-    results = gathered("scan", made, measure, progress, duration=duration, **settings)
-    loading.warn()
+    if isinstance(section_position, Real):
+        settings["section_position"] = float(section_position)
+    settings = {"duration": duration, **settings}
+    how = progress, on_error, store
+    results = gathered("scan", made, measure, *how, also=sections, ends=True, **settings)
+    loading.warn(results.pop("_loading"))
     if section_position is not None and not results["section_count"].any():
-        low, high = results["minimum_length"].min(), results["maximum_length"].max()
+        low = np.fmin.reduce(results["minimum_length"])  # those of runs that have failed are NaN
+        high = np.fmax.reduce(results["maximum_length"])
         warn(f"no chain comes down through section_position: x_N runs from {low:g} to {high:g}")
     return results
 
@@ -119,7 +139,7 @@ def _scanned(
     *,
     transient: float,
     section_values: int,
-    section_bins: np.ndarray | None = None,
+    section_bins: tuple[float, ...] | None = None,
     laminar_time: float | None,
 ) -> dict[str, np.ndarray]:
     """What a scan measures of a group of W chains: arrays with first axis W."""
@@ -129,7 +149,7 @@ def _scanned(
     moments = LengthMoments(len(begin), start)
     belt_velocities = np.array([state.parameters.belt_velocity for state in begin])
     section = SectionValues(belt_velocities, section_values, start)
-    edges = np.zeros(1) if section_bins is None else section_bins
+    edges = np.array([0.0] if section_bins is None else section_bins)
     histogram = SectionHistogram(belt_velocities, edges, start)
     laminar_time = _laminar_time(laminar_time, group.cases)
     slips, forward = SlipActivity(begin, start, laminar_time), ForwardSlip(begin)
@@ -147,16 +167,18 @@ def _scanned(
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
         **({} if section_bins is None else {"section_histogram": histogram.count}),
+        "_loading": loading.noted(group.indices),
+        STATES: np.array(end, dtype=object),
     }
 
 
-def _edges(section_bins: Sequence[float]) -> np.ndarray:
+def _edges(section_bins: Sequence[float]) -> tuple[float, ...]:
     """The edges of bins: numbers that rise."""
     edges = checks.series("section_bins", section_bins)
     if edges.size < 2 or not (np.isfinite(edges).all() and (np.diff(edges) > 0).all()):
         text = f"section_bins = {checks.shown(edges.tolist())}"
         raise InputError(f"{text}: at least two rising numbers, the edges of bins, are needed")
-    return edges
+    return tuple(edges.tolist())
 
 
 def _laminar_time(given: float | None, cases: Sequence[Case]) -> float:
@@ -174,6 +196,8 @@ def time_to_continuous_slip(
     duration: float,
     settle_time: float | None = None,
     laminar_time: float | None = None,
+    on_error: str = "raise",
+    store: str | Path | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Results:
@@ -196,6 +220,8 @@ def time_to_continuous_slip(
         <x_N> are NaN, with a warning.
     laminar_time : float, optional
         Shortest slip of the last block that counts, as in `scan`.
+    on_error, store : str, str or Path
+        As in `scan`.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -221,7 +247,8 @@ def time_to_continuous_slip(
         warn(f"duration = {duration:g}: no chain escapes in it whose laminar_time is {longest:g}")
     measure = partial(_until_slip, **settings, laminar_time=laminar_time)
     settings |= {"laminar_time": _laminar_time(laminar_time, made.cases)}
-    return gathered("time to continuous slip", made, measure, progress, **settings)
+    kind = "time to continuous slip"
+    return gathered(kind, made, measure, progress, on_error, store, ends=True, **settings)
 
 
 def _until_slip(
@@ -245,4 +272,5 @@ def _until_slip(
         "final_mean_length": final["mean_length"],
         "final_amplitude": final["maximum_length"] - final["minimum_length"],
         "final_stick_rate": slips.stick_count / settle_time,
+        STATES: np.array(chains.state(), dtype=object),
     }

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property, partial
-from inspect import cleandoc, signature
+from inspect import Parameter, cleandoc, signature
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -81,6 +82,21 @@ class Case:
         if self.parameters.noise > 0:
             arrays += [state.thresholds, state.stream]
         return self.parameters, self.kind, *(array.tobytes() for array in arrays)
+
+    @property
+    def key(self) -> str:
+        """A digest of that and of what runs of equal numbers may differ in: replicate, audit."""
+        state, scheme = self.state, self.state.scheme
+        values = [value for name, value in vars(state).items() if name != "scheme"]
+        values += [self.method, self.time_step, self.tolerance]
+        if scheme:
+            values += [scheme.integrator, scheme.time_step]
+            values += map(np.asarray, scheme.variables.values())
+        digest = hashlib.sha256()
+        for value in values:
+            is_array = isinstance(value, np.ndarray)
+            digest.update(value.tobytes() if is_array else f"{value!r};".encode())
+        return digest.hexdigest()[:16]
 
 
 def _optional(check: Check) -> Check:
@@ -193,11 +209,16 @@ _KEYWORDS = list(signature(Setup).parameters.values())[1:]
 _TEXT = cleandoc(Setup.__doc__ or "").partition("\nmethod : ")[2].partition("cases : ")[0]
 
 
-def with_setup(function: F) -> F:
-    """Decorate a function that takes the keywords of a setup beside its own, and show them."""
-    called: Any = names.checked(function, also=(*_CHECKS, "workers"))
+def with_setup(function: F, more: Sequence[str] = ()) -> F:
+    """Decorate a function that takes the keywords of a setup beside its own, and show them.
+
+    more : keywords that it takes with them, None if not given.
+    """
+    called: Any = names.checked(function, also=(*more, *_CHECKS, "workers"))
     shown = signature(function)
-    keywords = [*shown.parameters.values()][:-1] + _KEYWORDS  # in place of **setup
+    added = [Parameter(name, Parameter.KEYWORD_ONLY, default=None) for name in more]
+    # in place of **setup
+    keywords = [*shown.parameters.values()][:-1] + added + _KEYWORDS
     called.__signature__ = shown.replace(parameters=keywords)
     text = re.sub(r", \*\*setup( : callable).*", r"\1", cleandoc(function.__doc__ or ""))
     called.__doc__ = text.replace("\n\nReturns\n", f"\nmethod : {_TEXT}\nReturns\n")
@@ -214,6 +235,22 @@ def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
             f"{name}: not together with a Setup; dataclasses.replace(setup, {name}=...) has it"
         )
     return chains
+
+
+def with_value(chains: Any, quantity: str, value: Any) -> Any:
+    """Chains, or a setup of some, with another value of a quantity in each of them."""
+    if isinstance(chains, Setup):
+        return replace(chains, chains=with_value(chains.chains, quantity, value))
+    if isinstance(chains, Grid):
+        if len({getattr(chain, quantity) for chain in chains.chains}) > 1:
+            raise InputError(f"{quantity}: not together with a Grid of several values of it")
+        axis: Any = {quantity: [value]}
+        return replace(chains, **axis)
+    if is_sequence(chains):
+        return [with_value(chain, quantity, value) for chain in listed("chains", chains)]
+    if isinstance(chains, ChainParameters):
+        return replace(chains, **{quantity: value})
+    return chains  # a setup says what is wrong
 
 
 def columns(setup: Setup) -> dict[str, np.ndarray]:
@@ -352,14 +389,17 @@ def _continued(row: dict[str, Any]) -> ChainState:
         name = "initial_spread" if row["initial_positions"] is None else "initial_positions"
         raise InputError(f"{name}: not together with initial_state, see ChainState.moved")
     state = row["initial_state"].under(row["chain"])
-    steps = state.time / row["time_step"]
-    if row["method"] == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
-        raise InputError(
-            f"initial_state at t = {state.time!r}: "
-            f"method 'verlet' needs a multiple of time_step = {row['time_step']:g}"
-        )
+    check_steps("initial_state", state.time, row["method"], row["time_step"])
     key = {name: row[name] for name in ("seed", "replicate") if row[name] is not None}
     return state.keyed(**{"seed": state.seed, "replicate": state.replicate} | key)
+
+
+def check_steps(name: str, time: float, method: str, time_step: float) -> None:
+    """That chains of a method can be at an instant."""
+    steps = time / time_step
+    if method == "verlet" and abs(steps - round(steps)) > _STEP_SHARE:
+        needed = f"method 'verlet' needs a multiple of time_step = {time_step:g}"
+        raise InputError(f"{name} at t = {time!r}: {needed}")
 
 
 def _begun(rows: Sequence[dict[str, Any]]) -> list[ChainState]:

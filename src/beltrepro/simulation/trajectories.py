@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
@@ -15,9 +16,10 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine import records
-from beltrepro.engine.integrator import Chunk, Sampling
+from beltrepro.engine.integrator import Chunk, Integrator, Sampling, share_of_work
+from beltrepro.engine.state import ChainState
 from beltrepro.model.friction import kinetic_friction
-from beltrepro.model.parameters import LONGEST
+from beltrepro.model.parameters import LIMITS, LONGEST
 from beltrepro.model.spring import external_force
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
@@ -33,8 +35,18 @@ from beltrepro.simulation.groups import (
 )
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.run import EVENT, Run
-from beltrepro.simulation.setup import TOLERANCES, Case, Chains, check_lengths, setup_of, with_setup
+from beltrepro.simulation.setup import (
+    TOLERANCES,
+    Case,
+    Chains,
+    check_lengths,
+    check_steps,
+    setup_of,
+    with_setup,
+    with_value,
+)
 
+Belt = list[tuple[float, float]]
 _ROUNDING = 1e-9  # share of an interval
 
 _version = cache(version)  # of a package, which takes a fifth of the time of a short run
@@ -48,6 +60,7 @@ def simulate(
     transient: float = 0.0,
     sample_interval: float | None = 0.1,
     sample_start: float = 0.0,
+    belt: Sequence[tuple[float, float]] | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Run | list[Run]:
@@ -69,6 +82,10 @@ def simulate(
         r differs with the interval, over 2500 time units by about 1e-5 of itself.
     sample_start : float
         The first part of the run that has no samples, model time.
+    belt : sequence of (t, u), optional
+        From the time t after the beginning on, the belt of all chains has the velocity u; before
+        the first t it has that of the chain. The numbers are those of runs from one t to the next,
+        each from the final state of the one before. A belt that rests has a tiny u, as 1e-6.
     progress, **setup : callable, keywords of `Setup`
         Called with the fraction done.
 
@@ -86,16 +103,21 @@ def simulate(
     """
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
+    steps = _check_belt(belt, duration, made.cases)
+    if steps and steps[0][0] == 0:
+        made = with_value(made, "belt_velocity", steps.pop(0)[1])
     lengths = {"duration": duration, "transient": transient}
     samples = check_samples(sample_interval, sample_start, duration, made.cases)
     loading = LoadingWatch(made.cases, **lengths)
-    work = partial(_followed, loading, lengths | samples)
+    work = partial(_followed, loading, lengths | samples, steps)
     runs = of_each(in_groups(made.cases, work, progress, workers=made.workers))
     loading.warn()
     return runs[0] if made.alone else runs
 
 
-def _followed(loading: LoadingWatch, settings: dict[str, Any], group: Group) -> list[Run]:
+def _followed(
+    loading: LoadingWatch, settings: dict[str, Any], belt: Belt, group: Group
+) -> list[Run]:
     """The runs of a group of cases."""
     members, rest, start = group.cases, group.chain.rest_positions, group.start
     end, interval = start + settings["duration"], settings["sample_interval"]
@@ -104,10 +126,10 @@ def _followed(loading: LoadingWatch, settings: dict[str, Any], group: Group) -> 
     else:
         sampling, every = with_moments(interval, members[0])
         sampled_blocks, kept_from = len(rest), start + settings["sample_start"]
-    chains = integrator_of(members, sampling=sampling, sampled_blocks=sampled_blocks)
+    chains: Any = _OnBelt(members, belt, sampling=sampling, sampled_blocks=sampled_blocks)
     moments = LengthMoments(len(members), start + settings["transient"])
     events = EventLog(len(members), rest)
-    samples = SampleLog(members, sampling, every, kept_from, end)
+    samples = SampleLog(members, chains, sampling, every, kept_from, end)
     loading.observe(group, chains, moments, events, samples)
     length, residual, states = moments_of(moments, chains), chains.energy_residual(), chains.state()
     return [
@@ -125,11 +147,42 @@ def _followed(loading: LoadingWatch, settings: dict[str, Any], group: Group) -> 
             mean_length=float(length["mean_length"][lane]),
             energy_residual=float(residual[lane]),
             events=event_records(events.events(lane)),
+            changes=tuple(states[lane] for states in chains.changes),
             **samples.of(lane),
             **settings,
         )
         for lane, case in enumerate(members)
     ]
+
+
+class _OnBelt:
+    """The integrator of a group, made anew where the velocity of the belt changes."""
+
+    def __init__(self, members: Sequence[Case], belt: Belt, **how: Any) -> None:
+        self._members, self._how = list(members), how
+        self._belt = [(members[0].state.time + time, velocity) for time, velocity in belt]
+        self._integrator = integrator_of(members, **how)
+        self._balance = np.zeros((2, len(members)))  # of the pieces that are finished
+        self.changes: list[list[ChainState]] = []  # states at the changes, before each
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._integrator, name)
+
+    def advance(self, until: float) -> Iterator[Chunk]:
+        """As of the integrator."""
+        for instant, velocity in self._belt:
+            yield from self._integrator.advance(instant)
+            self._balance += self._integrator.energy_balance()
+            self.changes.append(self._integrator.state())
+            for lane, (case, state) in enumerate(zip(self._members, self.changes[-1], strict=True)):
+                chain = replace(case.parameters, belt_velocity=velocity)
+                self._members[lane] = replace(case, state=state.under(chain))
+            self._integrator = integrator_of(self._members, **self._how)
+        yield from self._integrator.advance(until)
+
+    def energy_residual(self) -> np.ndarray:
+        """As of the integrator, of all pieces together."""
+        return share_of_work(*(self._balance + self._integrator.energy_balance()))
 
 
 def event_records(rows: np.ndarray) -> np.ndarray:
@@ -142,6 +195,24 @@ def event_records(rows: np.ndarray) -> np.ndarray:
     events["position"] = rows[:, records.EVENT_POSITION]
     events["dissipated"] = rows[:, records.EVENT_DISSIPATED]
     return events
+
+
+def _check_belt(belt: Any, duration: float, cases: Sequence[Case]) -> Belt:
+    """When the belt changes its velocity, and to which."""
+    if belt is None:
+        return []
+    pairs = checks.as_numbers(checks.listed("belt", belt) if checks.is_sequence(belt) else belt)
+    if pairs.ndim != 2 or pairs.shape[1] != 2:
+        needed = "pairs (t, u) are needed, as [(0, 5), (500, 10)]"
+        raise InputError(f"belt = {checks.shown(belt)}: {needed}")
+    last = -math.inf
+    for number, (time, velocity) in enumerate(pairs.tolist()):
+        checks.within(f"t of belt[{number}]", time, gt=last, ge=0, lt=duration)
+        checks.within(f"u of belt[{number}]", velocity, **LIMITS["belt_velocity"])
+        for case in cases:
+            check_steps(f"belt[{number}]", case.state.time + time, case.method, case.time_step)
+        last = time
+    return [(time, velocity) for time, velocity in pairs.tolist()]
 
 
 def check_samples(
@@ -213,11 +284,11 @@ class SampleLog:
     """Keeps every so many samples of a group of runs, from `start` on; one at t = 0 the start."""
 
     def __init__(
-        self, members: Sequence[Case], sampling: Sampling, every: int, start: float, end: float
-    ) -> None:
+        self, members: Sequence[Case], chains: Integrator, sampling: Sampling, every: int,
+        start: float, end: float,
+    ) -> None:  # fmt: skip
         self._start, self._interval, self._every = start, sampling.interval, every
-        self._chain = members[0].parameters
-        self._belt_velocities = [case.parameters.belt_velocity for case in members]
+        self._chain, self._chains = members[0].parameters, chains
         most = int(max(0.0, end - start) / (every * sampling.interval)) + 2
         self._count, self._time = 0, np.empty(most)
         self._samples = np.empty((len(members), 3, most, self._chain.n_blocks))
@@ -251,10 +322,10 @@ class SampleLog:
         rows = slice(self._count, self._count + len(time))
         self._time[rows] = time
         values = displacement, relative_velocity, kinetic_friction
-        for lane, belt_velocity in enumerate(self._belt_velocities):
+        for lane, chain in enumerate(self._chains.parameters):
             place, relative, kinetic = (value[..., lane] for value in values)
             positions = place + self._chain.rest_positions
             held = -external_force(positions, self._chain)
             friction = np.where((relative == 0) & (kinetic == 0), held, kinetic)
-            self._samples[lane, :, rows] = positions, relative + belt_velocity, friction
+            self._samples[lane, :, rows] = positions, relative + chain.belt_velocity, friction
         self._count = rows.stop

@@ -4,6 +4,7 @@ orbits begin.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from beltrepro.model.spring import (
 from beltrepro.simulation.groups import Report
 from beltrepro.simulation.setup import Setup
 from beltrepro.simulation.starts import slipping_state
-from beltrepro.simulation.trajectories import simulate
+from beltrepro.simulation.sweeps import sweep
 
 Arrays = dict[str, np.ndarray]
 _LABEL, _R = [("point", "i4"), ("attractor", "i4")], ("disorder_parameter", "f8")
@@ -98,26 +99,24 @@ def sweeps(
     At each belt velocity there are the same points, in the same order.
     """
     velocities = np.array([case.parameters.belt_velocity for case in setup.cases])
-    up = [np.flatnonzero(velocities == velocity) for velocity in np.unique(velocities)]
-    steps = [(way, points) for way, columns in enumerate((up, up[::-1])) for points in columns]
-    disorder, length = np.full((2, len(velocities), 2), np.nan)
-    states = [setup.cases[point].state for point in up[0]]
-    for done, (way, points) in enumerate(steps, start=1):
-        cases = [setup.cases[point] for point in points]
-        continued = Setup(
-            [case.parameters for case in cases],
-            method=[case.method for case in cases],
-            time_step=[case.time_step for case in cases],
-            initial_state=states,
-        )
-        runs = simulate(continued, duration=duration, transient=transient, sample_interval=None)
-        assert isinstance(runs, list)  # as the chains are one
-        states = [run.final_state for run in runs]
-        disorder[points, way] = [run.disorder_parameter for run in runs]
-        length[points, way] = [run.mean_length for run in runs]
-        if progress:
-            progress(done / len(steps))
-    return {"disorder_parameter": disorder, "mean_length": length}
+    values = np.unique(velocities)
+    up = np.array([np.flatnonzero(velocities == value) for value in values])
+    cases = [setup.cases[point] for point in up[0]]
+    begun = Setup(
+        [case.parameters for case in cases],
+        method=[case.method for case in cases],
+        time_step=[case.time_step for case in cases],
+        initial_state=[case.state for case in cases],
+    )
+    told: Any = {"duration": duration, "transient": transient, "section_values": 0}
+    told |= {"belt_velocity": [*values, *values[::-1]], "progress": progress}
+    swept = sweep(begun, **told)
+    arrays = {}
+    for name in ("disorder_parameter", "mean_length"):
+        there, back = swept[name].reshape(2, *up.shape)
+        arrays[name] = np.empty((len(velocities), 2))
+        arrays[name][up, 0], arrays[name][up, 1] = there, back[::-1]
+    return arrays
 
 
 def births(

@@ -216,6 +216,10 @@ class Axes(Keys):
     linear_limit: Table[Grid[Positive]] = UNSET
     compression_rate: Table[Grid[Rate]] = UNSET
     extension_rate: Table[Grid[Rate]] = UNSET
+    mass: Table[Grid[Positive]] = UNSET
+    stiffness: Table[Grid[Positive]] = UNSET
+    weakening_velocity: Table[Grid[Positive]] = UNSET
+    viscosity: Table[Grid[NotNegative]] = UNSET
     noise: Table[Grid[NotNegative]] = UNSET
     belt_velocity: Table[Grid[Positive]] = UNSET
     initial_spread: Table[Grid[NotNegative]] = UNSET

@@ -23,7 +23,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.base.store import Dataset
 from beltrepro.model import ChainParameters
 from beltrepro.replication.plan.kinds import FILM, KINDS, POINT, TRACK
-from beltrepro.replication.plan.points import CHAIN, QUANTITIES, UNITS
+from beltrepro.replication.plan.points import CHAIN, DEFAULTS, QUANTITIES, UNITS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,7 +46,7 @@ def write(
     single = {
         name: arrays[name][0].item()
         for name in QUANTITIES
-        if len(arrays[name]) and np.all(arrays[name] == arrays[name][0])
+        if len(arrays.get(name, ())) and np.all(arrays[name] == arrays[name][0])
     }
     settings = {
         name: ", ".join(map(str, value)) if isinstance(value, list | tuple) else value
@@ -75,8 +75,11 @@ def join(parts: Sequence[Dataset], kind: str) -> dict[str, np.ndarray]:
     counts = [len(part.arrays["n_blocks"]) for part in parts]
     first = np.cumsum([0, *counts[:-1]])
     arrays = {}
-    for name in parts[0].arrays:
-        pieces = [part.arrays[name] for part in parts]
+    for name in dict.fromkeys(name for part in parts for name in part.arrays):
+        pieces = [
+            part.arrays[name] if name in part.arrays else np.full(count, DEFAULTS[name])
+            for part, count in zip(parts, counts, strict=True)
+        ]
         described = KINDS[kind].arrays[name]
         if not described.fields and POINT not in described.dimensions:
             if not all(np.allclose(piece, pieces[0]) for piece in pieces):
@@ -110,7 +113,8 @@ def _joined(pieces: list[np.ndarray]) -> np.ndarray:
 
 def chain(dataset: Dataset) -> ChainParameters:
     """The chain of a dataset in which all points have the same one."""
-    return ChainParameters(**{name: dataset.attributes[name] for name in CHAIN})
+    given = dataset.attributes
+    return ChainParameters(**{name: given[name] for name in CHAIN if name in given})
 
 
 # --- tables ---

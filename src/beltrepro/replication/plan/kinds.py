@@ -74,7 +74,8 @@ class Kind(NamedTuple):
     def complaints(self, settings: dict, points: Sequence[Point]) -> Iterator[str]:
         """Keys with values that fit their types and still cannot be meant, and why not."""
         # one for each chain at any belt velocity, on which this does not depend
-        alike = {point[:8]: point for point in points if point.method == "event"}
+        whole = Point._fields.index("belt_velocity")
+        alike = {point[:whole]: point for point in points if point.method == "event"}
         for text in filter(None, map(noise_beyond_event, map(chain, alike.values()))):
             yield f"noise {text}"
         for name in ("transient", "settle_time"):
@@ -82,6 +83,9 @@ class Kind(NamedTuple):
                 yield f"{name} = {settings[name]:g}: must be less than duration = {duration:g}"
         if self.follows_tangents and (others := {point.method for point in points} - {"event"}):
             yield f"method = {others.pop()}: only event has a tangent dynamics"
+        if self.name == "basins" and any(chain(point).friction_varies for point in points):
+            needed = "starts of one energy need friction that does not depend on velocity"
+            yield f"viscosity and weakening_velocity: {needed}"
         drawn = self.name == "basins" or any(one.noise or one.initial_spread for one in points)
         if not drawn and len({one._replace(seed=0, replicate=0) for one in points}) < len(points):
             yield "replicate: without noise and initial_spread all replicates are the same run"

@@ -28,10 +28,12 @@ from beltrepro.replication.plan.config import (
 from beltrepro.replication.plan.kinds import FILMED, KINDS, Kind
 from beltrepro.replication.plan.points import (
     DEFAULTS,
+    FURTHER,
     LAW,
     QUANTITIES,
     SETTINGS,
     Point,
+    has_column,
 )
 
 FIRST_BATCH = "0000"
@@ -68,7 +70,7 @@ class PlannedDataset:
     def values(self) -> dict[str, list]:
         """Distinct values of each quantity, rising."""
         columns = zip(QUANTITIES, zip(*self.points, strict=True), strict=True)
-        return {name: sorted(set(values)) for name, values in columns}
+        return {name: sorted(set(values)) for name, values in columns if has_column(name, values)}
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,11 @@ class Plan:
     def settings(self) -> dict:
         """The plan as plain values, by which claims and report are made."""
         return {
-            "model": {name: self.defaults[name] for name in LAW},
+            "model": {
+                name: self.defaults[name]
+                for name in LAW
+                if name not in FURTHER or self.defaults[name] != DEFAULTS[name]
+            },
             "defaults": {name: self.defaults[name] for name in ("time_step", "laminar_time")},
             "datasets": {
                 name: {"kind": dataset.kind.name} | dataset.settings | dataset.values()

@@ -4,7 +4,7 @@ What config.yaml may give, what a job is told and what the columns of a file say
 follow the fields of `Point`. Their order is that of the points: the last one varies fastest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -44,6 +44,10 @@ class Point(NamedTuple):
     linear_limit: float
     compression_rate: float
     extension_rate: float
+    mass: float
+    stiffness: float
+    weakening_velocity: float
+    viscosity: float
     noise: float
     belt_velocity: float
     initial_spread: float
@@ -69,6 +73,15 @@ DEFAULTS: dict[str, Any] = {
 """Values of the quantities where a dataset gives none."""
 
 
+FURTHER = ("mass", "stiffness", "weakening_velocity", "viscosity")
+"""What the law of the paper has no column for: files of chains with it have none either."""
+
+
+def has_column(name: str, values: Iterable) -> bool:
+    """Whether points of these values of a quantity have it as a column."""
+    return name not in FURTHER or any(value != DEFAULTS[name] for value in values)
+
+
 def chain(point: Point) -> ChainParameters:
     """The chain of a point."""
     return ChainParameters(**{name: getattr(point, name) for name in CHAIN})
@@ -91,4 +104,5 @@ def points_of(table: dict) -> list[Point]:
 
 def columns(points: Sequence[Point]) -> dict[str, np.ndarray]:
     """Points as arrays."""
-    return {name: np.array(values) for name, *values in zip(Point._fields, *points, strict=True)}
+    table = zip(Point._fields, *points, strict=True)
+    return {name: np.array(values) for name, *values in table if has_column(name, values)}

@@ -1,0 +1,227 @@
+"""A scan that goes on: past chains that fail, after an interruption, with more replicates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from beltrepro import (
+    ChainParameters,
+    Grid,
+    Results,
+    catalogue,
+    classify,
+    lyapunov_spectrum,
+    scan,
+    simulate,
+    time_to_continuous_slip,
+    time_to_orbit,
+)
+from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.simulation import gathering
+
+GOOD, BAD = ChainParameters(5, 10.0), ChainParameters(5, 150.0)  # at 150 blocks 4 and 5 meet
+CHAINS = [GOOD, BAD, ChainParameters(5, 12.0), ChainParameters(3, 10.0), replace(BAD, noise=1.0)]
+WELL = [0, 2, 3]
+SHORT = {"duration": 300.0, "transient": 100.0}
+GRID = Grid([2, 12], [5.0, 10.0], 1.0, replicates=3)
+FUNCTIONS = {
+    scan: SHORT,
+    time_to_continuous_slip: {"duration": 300.0},
+    classify: SHORT,
+    lyapunov_spectrum: SHORT,
+}
+functions = pytest.mark.parametrize(
+    ("called", "settings"), FUNCTIONS.items(), ids=lambda value: getattr(value, "__name__", "")
+)
+pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
+
+
+def same(one: Results, other: Results) -> None:
+    """Check that results agree in every bit, in the order of their columns, and in their states."""
+    assert list(one) == list(other) and one.settings == other.settings
+    for name, array in one.items():
+        assert array.shape == other[name].shape, name
+        np.testing.assert_array_equal(array, other[name], err_msg=name)
+        if array.dtype.kind != "U":
+            assert array.tobytes() == other[name].tobytes(), name
+    assert one.final_states == other.final_states
+
+
+# --- chains that fail ---
+
+
+@functions
+@pytest.mark.parametrize("workers", [1, 3])
+def test_a_chain_that_fails_leaves_the_others_their_bits(called, settings, workers):
+    with pytest.raises(ModelStateError, match=r"u=150.* meet"):
+        called(CHAINS, **settings)
+    says = r"^2 of 5 chains: blocks \d and \d meet \(first: N=5, u=150"
+    with pytest.warns(UserWarning, match=says):
+        results = called(CHAINS, on_error="nan", workers=workers, **settings)
+    alone = called([CHAINS[index] for index in WELL], **settings)
+    assert set(results) == {*alone, "error"}
+    for name, array in alone.items():
+        np.testing.assert_array_equal(results[name][WELL] if array.ndim else array, array)
+    assert [bool(line) for line in results["error"]] == [False, True, False, False, True]
+    for name in list(alone)[list(alone).index("replicate") + 1 :]:
+        lost = results[name][[1, 4]] if results[name].ndim else np.zeros(0)
+        assert set(lost.astype(str).flat) <= {"nan", "0", "False", ""}, name
+
+
+def test_a_catalogue_tells_which_chains_have_failed():
+    with pytest.warns(UserWarning, match=r"^2 of 5 chains: blocks"):
+        rows = catalogue(CHAINS, on_error="nan", **SHORT)
+    alone = catalogue([CHAINS[index] for index in WELL], **SHORT)
+    for name, array in alone.items():
+        array["point"] = np.array(WELL)[array["point"]]
+        assert rows[name].tobytes() == array.tobytes()
+    assert rows.table("errors")["point"].tolist() == [1, 4] and "error" not in alone
+
+
+def test_where_all_fail_the_first_error_is_raised():
+    for called in (*FUNCTIONS, catalogue):
+        with pytest.raises(ModelStateError, match="u=150"):
+            called(BAD, on_error="nan", **FUNCTIONS.get(called, SHORT))
+
+
+def test_a_spectrum_is_that_of_the_runs_that_do_not_fail():
+    chain = ChainParameters(5, 5.0, weakening_velocity=30.0)  # they fail at t = 119.4 and 119.0
+    settings = {"duration": 119.2, "transient": 20.0, "replicate": range(2), "initial_spread": 1.0}
+    with pytest.warns(UserWarning, match="^1 of 2 chains: block 1 reaches the support"):
+        spectrum = lyapunov_spectrum(chain, on_error="nan", **settings)
+    assert len(spectrum.runs) == len(spectrum.most_stuck) == 1
+
+
+# --- a file that grows ---
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """The numbers of the chains that are computed."""
+    numbers, parts_of = [], gathering.parts_of
+
+    def spied(measure, on_error, group):
+        parts = parts_of(measure, on_error, group)
+        numbers.extend(group.indices.tolist())
+        return parts
+
+    monkeypatch.setattr(gathering, "parts_of", spied)
+    return numbers
+
+
+@functions
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_is_finished_is_not_computed_again(called, settings, workers, tmp_path, computed):
+    def interrupted(fraction):
+        if fraction > 0.5:
+            raise KeyboardInterrupt
+
+    settings = settings | {"workers": workers}
+    whole, path = called(GRID, **settings), tmp_path / "r.h5"
+    more = replace(GRID, replicates=range(5))
+    larger = called(more, **settings)
+    computed.clear()
+    with pytest.raises(KeyboardInterrupt):
+        called(GRID, store=path, progress=interrupted, **settings)
+    assert len(computed) == 6 or workers > 1  # of those two may be ready before they are looked at
+    same(called(GRID, store=path, **settings), whole)
+    assert sorted(computed) == list(range(12))
+    told = []
+    same(called(GRID, store=path, progress=told.append, **settings), whole)
+    assert len(computed) == 12 and told == [1.0]
+    same(called(more, store=path, **settings), larger)
+    assert len(computed) == 20
+    rows = [13, 2, 7]
+    chains, numbers = zip(*((more.chains[row], more.replicate[row]) for row in rows), strict=True)
+    found = called(chains, store=path, replicate=numbers, **settings)
+    assert len(computed) == len(Results.load(path)["replicate"]) == 20
+    for name, array in larger.items():
+        np.testing.assert_array_equal(found[name], array[rows] if array.ndim else array)
+
+
+@pytest.mark.parametrize(
+    ("name", "there", "here"),
+    [
+        ("duration", 300.0, 400.0), ("transient", 100.0, 50.0), ("method", "event", "verlet"),
+        ("tolerance", 1e-10, 1e-12), ("time_step", 0.001, 0.01), ("seed", 1, 2),
+        ("initial_spread", 0.0, 1.0), ("section_position", "none", 90.0),
+        ("section_values", 500, 5), ("laminar_time", 200.0, 50.0),
+    ],
+)  # fmt: skip
+def test_other_settings_are_refused_in_one_line(name, there, here, tmp_path):
+    path, chain = tmp_path / "r.h5", ChainParameters(2, 5.0, 1.0)
+    first = scan(chain, store=path, **SHORT)
+    before, says = path.read_bytes(), f"{name} is {there} there and {here} here$"
+    with pytest.raises(InputError, match=rf"^store = .*r\.h5: {says}"):
+        scan(chain, store=path, **SHORT | {name: here})
+    with pytest.raises(InputError, match=f"^other: {says}"):
+        scan(chain, **SHORT | {name: here}).joined(first)
+    assert path.read_bytes() == before
+
+
+def test_a_store_keeps_errors_and_the_warning_of_loading(tmp_path):
+    path, slow = tmp_path / "r.h5", ChainParameters(3, 1.0)
+    chains, said = [BAD, slow, GOOD], []
+    for store in ({}, {"store": path}, {"store": path}):
+        with pytest.warns(UserWarning) as caught:
+            results = scan(chains, on_error="nan", duration=400.0, **store)
+        said.append([str(warning.message) for warning in caught])
+    assert said[0] == said[1] == said[2] and len(said[0]) == 2
+    with pytest.raises(ModelStateError, match="u=150"):
+        scan(chains, store=path, duration=400.0)
+    with pytest.raises(ModelStateError, match="not finite"):
+        scan(chains, duration=10.0, initial_state=results.final_states)
+
+
+# --- tables that are joined, runs that go on ---
+
+
+def test_joined_results_have_each_run_once(tmp_path):
+    one, other = (scan(replace(GRID, replicates=range(a, b)), **SHORT) for a, b in ((0, 2), (1, 4)))
+    one.save(tmp_path / "one.h5")
+    for first in (one, Results.load(tmp_path / "one.h5")):
+        both = first.joined(other)
+        assert both["replicate"].tolist() == [0, 1] * 4 + [2, 3] * 4
+        for name in one:
+            np.testing.assert_array_equal(both[name][:8], one[name])
+            np.testing.assert_array_equal(both[name][8:10], other[name][1:3])
+        assert both.final_states[8] == other.final_states[1]
+        both.save(tmp_path / "both.h5")
+        assert Results.load(tmp_path / "both.h5").final_states == both.final_states
+    heavy = ChainParameters(3, 5.0, mass=(1.0, 2.0, 1.0))
+    mixed = scan(heavy, laminar_time=200.0, **SHORT).joined(one)
+    np.testing.assert_array_equal(mixed["mass"][:2, :3], [[1.0, 2.0, 1.0], [1.0, 1.0, np.nan]])
+    with pytest.raises(InputError, match=r"^other: kind is motion there and scan here"):
+        one.joined(classify(GRID, **SHORT))
+    with pytest.raises(InputError, match=r"^other = 5: Results are needed"):
+        one.joined(5)
+    settled = time_to_orbit(ChainParameters(2, 5.0), duration=1500.0)
+    assert len(settled.joined(settled)["lifetime"]) == 1
+
+
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_a_continued_scan_has_the_bits_of_a_long_one(method, tmp_path):
+    chains = [ChainParameters(2, 5.0, 1.0), GOOD, ChainParameters(5, 10.0, 1.0)]
+    settings = {"method": method, "replicate": [3, 0, 1]}
+    first = scan(chains, duration=250.0, **settings)
+    first.save(tmp_path / "first.h5")
+    whole = scan(chains, duration=500.0, **settings)
+    runs = simulate(chains, duration=500.0, sample_interval=None, **settings)
+    assert whole.final_states == [run.final_state for run in runs]
+    for states in (first.final_states, Results.load(tmp_path / "first.h5").final_states):
+        assert states == first.final_states
+        later = scan(chains, duration=250.0, method=method, initial_state=states)
+        assert later.final_states == whole.final_states
+        assert later["replicate"].tolist() == [3, 0, 1]
+        for name in ("last_stick_time", "energy_residual"):
+            np.testing.assert_array_equal(later[name], whole[name])
+        np.testing.assert_array_equal(
+            later["slip_count"] + first["slip_count"], whole["slip_count"]
+        )
+
+
+def test_a_grid_has_the_replicates_that_are_named():
+    assert Grid(2, [5.0, 6.0], replicates=range(4, 6)).replicate == (4, 5, 4, 5)
+    with pytest.raises(InputError, match=r"^replicates = \[1, 1\]: each may be there once"):
+        Grid(2, 5.0, replicates=[1, 1])
