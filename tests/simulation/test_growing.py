@@ -26,7 +26,7 @@ WELL = [0, 2, 3]
 SHORT = {"duration": 300.0, "transient": 100.0}
 GRID = Grid([2, 12], [5.0, 10.0], 1.0, replicates=3)
 FUNCTIONS = {
-    scan: SHORT,
+    scan: SHORT | {"section_bins": [-120.0, -50.0, 0.0]},
     time_to_continuous_slip: {"duration": 300.0},
     classify: SHORT,
     lyapunov_spectrum: SHORT,

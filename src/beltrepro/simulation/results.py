@@ -211,7 +211,8 @@ def refuse_others(what: str, held: Results, new: Results) -> None:
     values: dict[str, list[list]] = {}
     for name in dict.fromkeys((*new.settings, *held.settings)):
         if name not in provenance.origin():
-            values[name] = [[result.settings.get(name, "none")] for result in (held, new)]
+            told = [np.array(result.settings.get(name, "none")) for result in (held, new)]
+            values[name] = [[one.tolist()] for one in told]  # a file has arrays for lists
     values |= {name: [result[name].tolist() for result in (held, new)] for name in _MEANS}
     for name, pair in values.items():
         there, here = (dict.fromkeys(map(str, some)) for some in pair)
