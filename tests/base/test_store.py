@@ -87,7 +87,7 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     (provenance.ROOT / "a.py").write_text("new = 1\n")
     assert version_of() == f"1.2+g{commit}.dirty"
     parts = [provenance.origin() | {"code_version": number} for number in ("1.0", "1.1")]
-    assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0, 1.1"
+    assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0; 1.1"
 
 
 def test_the_commit_is_that_of_the_tree_whoever_asks_and_owns_it(version_of, tmp_path, monkeypatch):

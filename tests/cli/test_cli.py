@@ -139,6 +139,18 @@ def test_scan_takes_lists_and_ranges(command, tmp_path):
     assert [row["belt_velocity"] for row in rows] == [1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 5.0]
 
 
+def test_a_scan_of_the_shell_goes_on(command, tmp_path):
+    path = tmp_path / "r.h5"
+    failing = WORDS | {"n_blocks": 5, "belt_velocity": "10,150", "store": path}
+    assert "meet" in command("scan", status=1, **failing)[1]
+    for replicates in (1, 2):
+        more = {"on_error": "nan", "noise": 1, "replicates": replicates}
+        rows, said = command("scan", "--json", **failing | more)
+        assert [bool(row["error"]) for row in rows] == [False] * replicates + [True] * replicates
+        assert f"warning: {replicates} of {2 * replicates} chains: blocks" in said
+    assert len(beltrepro.Results.load(path)["replicate"]) == 4
+
+
 @pytest.mark.parametrize(("method", "tolerance"), [("event", 1e-10), ("verlet", None)])
 def test_all_commands_agree_on_the_tolerance(command, method, tolerance):
     told, _ = command("simulate", "--json", method=method, **CHAIN)

@@ -120,7 +120,7 @@ def test_what_is_finished_is_not_computed_again(called, settings, workers, tmp_p
     settings = settings | {"workers": workers}
     whole, path = called(GRID, **settings), tmp_path / "r.h5"
     more = replace(GRID, replicates=range(5))
-    larger = called(more, **settings)
+    larger = called(more, store=tmp_path / "whole.h5", **settings)
     computed.clear()
     with pytest.raises(KeyboardInterrupt):
         called(GRID, store=path, progress=interrupted, **settings)
@@ -131,7 +131,7 @@ def test_what_is_finished_is_not_computed_again(called, settings, workers, tmp_p
     same(called(GRID, store=path, progress=told.append, **settings), whole)
     assert len(computed) == 12 and told == [1.0]
     same(called(more, store=path, **settings), larger)
-    assert len(computed) == 20
+    assert len(computed) == 20 and path.read_bytes() == (tmp_path / "whole.h5").read_bytes()
     rows = [13, 2, 7]
     chains, numbers = zip(*((more.chains[row], more.replicate[row]) for row in rows), strict=True)
     found = called(chains, store=path, replicate=numbers, **settings)
@@ -146,7 +146,7 @@ def test_what_is_finished_is_not_computed_again(called, settings, workers, tmp_p
         ("duration", 300.0, 400.0), ("transient", 100.0, 50.0), ("method", "event", "verlet"),
         ("tolerance", 1e-10, 1e-12), ("time_step", 0.001, 0.01), ("seed", 1, 2),
         ("initial_spread", 0.0, 1.0), ("section_position", "none", 90.0),
-        ("section_values", 500, 5), ("laminar_time", 200.0, 50.0),
+        ("section_values", 500, 5), ("laminar_time", r"200 sqrt\(mass / stiffness\)", 50.0),
     ],
 )  # fmt: skip
 def test_other_settings_are_refused_in_one_line(name, there, here, tmp_path):
@@ -160,18 +160,56 @@ def test_other_settings_are_refused_in_one_line(name, there, here, tmp_path):
     assert path.read_bytes() == before
 
 
+def test_two_calls_add_to_one_file(tmp_path):
+    path, others = tmp_path / "r.h5", [ChainParameters(2, 6.0), ChainParameters(3, 6.0)]
+    (tmp_path / ".unfinished-1-r.h5").write_text("of one that was killed")
+    told = []
+
+    def meanwhile(fraction):
+        told.append(fraction)
+        if len(told) == 1:
+            scan(others, store=path, **SHORT)
+        elif fraction > 0.9:
+            path.unlink(missing_ok=True)  # what is known is written again
+
+    scan(GRID, store=path, progress=meanwhile, **SHORT)
+    assert Results.load(path)["n_blocks"].tolist() == [2, 3, *[2] * 6, *[12] * 6]
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("place", [".", "r.txt/r.h5", "run.h5", "old.h5"])
+def test_what_cannot_be_a_store_is_one_line(place, tmp_path, computed):
+    (tmp_path / "r.txt").write_text("mine")
+    simulate(GOOD, duration=1.0).save(tmp_path / "run.h5")
+    old = scan(GOOD, duration=10.0)
+    old.of_runs.clear()  # as versions before 2.0 wrote them
+    old.save(tmp_path / "old.h5")
+    computed.clear()
+    words = (
+        "cannot be written|must end in .h5|not a file of results|no keys, as in files of earlier"
+    )
+    with pytest.raises(InputError, match=rf"^[^\n]*({words})[^\n]*$"):
+        scan(GOOD, store=tmp_path / place, duration=10.0)
+    assert not computed
+
+
 def test_a_store_keeps_errors_and_the_warning_of_loading(tmp_path):
     path, slow = tmp_path / "r.h5", ChainParameters(3, 1.0)
-    chains, said = [BAD, slow, GOOD], []
+    said, found = [], []
+    settings = {"duration": 400.0, "method": ["event", "event", "verlet"], "seed": [1, 2, 3]}
     for store in ({}, {"store": path}, {"store": path}):
         with pytest.warns(UserWarning) as caught:
-            results = scan(chains, on_error="nan", duration=400.0, **store)
+            found.append(scan([BAD, slow, GOOD], on_error="nan", **settings, **store))
         said.append([str(warning.message) for warning in caught])
+    results = found[0]
+    for other in found[1:]:
+        same(other, results)
     assert said[0] == said[1] == said[2] and len(said[0]) == 2
+    assert list(Results.load(path)) == list(results)
     with pytest.raises(ModelStateError, match="u=150"):
-        scan(chains, store=path, duration=400.0)
+        scan([BAD, slow, GOOD], store=path, **settings)
     with pytest.raises(ModelStateError, match="not finite"):
-        scan(chains, duration=10.0, initial_state=results.final_states)
+        scan([BAD, slow, GOOD], duration=10.0, initial_state=results.final_states)
 
 
 # --- tables that are joined, runs that go on ---
@@ -179,18 +217,23 @@ def test_a_store_keeps_errors_and_the_warning_of_loading(tmp_path):
 
 def test_joined_results_have_each_run_once(tmp_path):
     one, other = (scan(replace(GRID, replicates=range(a, b)), **SHORT) for a, b in ((0, 2), (1, 4)))
+    one["own"], one["levels"] = ["a"] * 8, np.arange(3)
     one.save(tmp_path / "one.h5")
     for first in (one, Results.load(tmp_path / "one.h5")):
         both = first.joined(other)
         assert both["replicate"].tolist() == [0, 1] * 4 + [2, 3] * 4
-        for name in one:
+        for name in other:
             np.testing.assert_array_equal(both[name][:8], one[name])
             np.testing.assert_array_equal(both[name][8:10], other[name][1:3])
         assert both.final_states[8] == other.final_states[1]
+        assert both["own"].tolist() == ["a"] * 8 + [""] * 8 and both["levels"].shape == (3,)
         both.save(tmp_path / "both.h5")
         assert Results.load(tmp_path / "both.h5").final_states == both.final_states
+    whole = scan(replace(GRID, replicates=4), store=tmp_path / "both.h5", **SHORT)
+    assert whole["replicate"].tolist() == [0, 1, 2, 3] * 4  # what is saved goes on as a store
+    np.testing.assert_array_equal(np.sort(whole["mean_length"]), np.sort(both["mean_length"]))
     heavy = ChainParameters(3, 5.0, mass=(1.0, 2.0, 1.0))
-    mixed = scan(heavy, laminar_time=200.0, **SHORT).joined(one)
+    mixed = scan(heavy, **SHORT).joined(one)
     np.testing.assert_array_equal(mixed["mass"][:2, :3], [[1.0, 2.0, 1.0], [1.0, 1.0, np.nan]])
     with pytest.raises(InputError, match=r"^other: kind is motion there and scan here"):
         one.joined(classify(GRID, **SHORT))

@@ -96,7 +96,7 @@ def test_a_file_of_results_names_axes_and_units(saved):
     assert units == ["model velocity (0.0183 m/s)", "1", "model mass (0.116 kg)"]
     loaded = Results.load(path)
     assert list(loaded) == list(results) and "coordinates" not in loaded.settings
-    assert set(store.read(path).arrays) == set(results)
+    assert {name for name in store.read(path).arrays if "/" not in name} == set(results)
     store.write(path.with_name("old.h5"), results, {"kind": "scan"})  # as before version 2.0
     assert set(Results.load(path.with_name("old.h5"))) == set(results)
 

@@ -1,9 +1,11 @@
 """Files that appear whole or not at all, whatever happens to the process or the machine."""
 
 import errno
+import fcntl
+import glob
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from beltrepro.base.errors import InputError
@@ -15,16 +17,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, limit of th
 @contextmanager
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
     """A file to write that takes its name when it is complete and on the disk."""
-    path = Path(path)
-    # Of this process alone: a job outlives its killed Snakemake, and the next one writes beside it.
-    unfinished = path.with_name(f"{UNFINISHED}{os.getpid()}-{path.name}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        unfinished.touch()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+    path, unfinished = Path(path), begun(path)
     try:
         yield unfinished
         _flush(unfinished)
@@ -37,6 +30,35 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
         raise InputError(f"{path}: cannot be written ({error.strerror}); {remedy}") from None
     finally:
         unfinished.unlink(missing_ok=True)
+
+
+def begun(path: str | os.PathLike) -> Path:
+    """The file, empty, that will be this one; one line says if it cannot be written."""
+    path = Path(path)
+    # Of this process alone: a job outlives its killed Snakemake, and the next one writes beside it.
+    unfinished = path.with_name(f"{UNFINISHED}{os.getpid()}-{path.name}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        unfinished.touch()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+    return unfinished
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Wait for other processes that change a file in here; what killed ones left of it goes."""
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        with suppress(OSError):  # NFS locks no folder
+            fcntl.flock(folder, fcntl.LOCK_EX)  # ends with the process
+            for unfinished in path.parent.glob(f"{UNFINISHED}*-{glob.escape(path.name)}"):
+                unfinished.unlink(missing_ok=True)
+        yield
+    finally:
+        os.close(folder)
 
 
 def look_for_room(path: Path, size: int) -> None:

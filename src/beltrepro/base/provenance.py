@@ -36,7 +36,8 @@ def machine() -> dict[str, str]:
 def of_all(parts: Iterable[dict]) -> dict[str, str]:
     """The origin of what was made in parts."""
     parts = list(parts)
-    return {name: ", ".join(dict.fromkeys(part[name] for part in parts)) for name in origin()}
+    texts = {name: "; ".join(part[name] for part in parts) for name in origin()}
+    return {name: "; ".join(dict.fromkeys(text.split("; "))) for name, text in texts.items()}
 
 
 @functools.cache

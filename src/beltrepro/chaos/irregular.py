@@ -29,7 +29,7 @@ from beltrepro.simulation.groups import (
     integrator_of,
     observe,
 )
-from beltrepro.simulation.results import Results
+from beltrepro.simulation.results import KEY, Results
 from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import CLOSED, EQUILIBRIUM, PERIODIC, find_recurrence
 
@@ -124,7 +124,8 @@ def time_to_orbit(
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     warn_of_rests(made.cases, np.array([run.rests(duration) for run in runs]))
     settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
-    return Results(columns(made) | table, settings, None, [case.key for case in made.cases])
+    table[KEY] = np.array([case.key for case in made.cases])
+    return Results(columns(made) | table, settings)
 
 
 _UNKNOWN = {"state": IRREGULAR, **period_of(None, np.empty(0)), **dict.fromkeys(MOMENTS, np.nan)}

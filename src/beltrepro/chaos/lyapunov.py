@@ -12,7 +12,7 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
-from beltrepro.chaos.naming import warn_of_rests
+from beltrepro.chaos.naming import RESTS, warn_of_rests
 from beltrepro.chaos.vectors import REST, end_errors, grow, slopes, standard_errors
 from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
@@ -20,9 +20,10 @@ from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, check_lengths, setup_of, with_setup
-from beltrepro.simulation.tables import Tabled
+from beltrepro.simulation.tables import OF_RUNS, Tabled
 from beltrepro.stats.motion import resolution
 
+_ACROSS = OF_RUNS + "across"
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
 
 
@@ -173,25 +174,20 @@ def lyapunov_spectrum(
         )
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_growth, count=count, **settings)
-    settings["n_exponents"] = count
+    settings["n_exponents"] = "all" if n_exponents is None else count
     spectra = gathered("exponents", made, measure, progress, on_error, store, **settings)
-    warn_of_rests(made.cases, spectra.pop("_rests"), transient)
-    growth, across, stuck = spectra["growth"], spectra.pop("_across"), spectra["most_stuck"]
-    if one_chain and "error" in spectra:
-        growth, across, stuck = (one[spectra["error"] == ""] for one in (growth, across, stuck))
-    order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
-    growth = np.take_along_axis(growth, order[:, None], axis=2)
-    runs, errors = slopes(growth), standard_errors(growth)
-    largest, error = slopes(across), standard_errors(across)
-    interval = (duration - transient) / growth.shape[1]
-    if one_chain:
-        parts = *_mean_of_runs(growth, errors), runs, growth, interval, stuck, noise_clock
-        nontrivial = (mean.item() for mean in _mean_of_runs(across, error))
-        return LyapunovSpectrum(made.cases[0].parameters, *parts, *nontrivial)
-    spectra |= {"exponents": runs, "standard_error": errors, "growth": growth}
-    spectra |= {"nontrivial_exponent": largest[:, 0], "nontrivial_error": error[:, 0]}
-    spectra["interval"] = np.array(interval)
-    return spectra
+    warn_of_rests(made.cases, spectra.of_runs[RESTS], transient)
+    interval = (duration - transient) / spectra["growth"].shape[1]
+    if not one_chain:
+        spectra["interval"] = np.array(interval)
+        return spectra
+    well = spectra["error"] == "" if "error" in spectra else slice(None)
+    names = "growth", "standard_error", "exponents", "most_stuck"
+    growth, errors, runs, stuck = (spectra[name][well] for name in names)
+    across, error = spectra.of_runs[_ACROSS][well], spectra["nontrivial_error"][well, None]
+    parts = *_mean_of_runs(growth, errors), runs, growth, interval, stuck, noise_clock
+    nontrivial = (mean.item() for mean in _mean_of_runs(across, error))
+    return LyapunovSpectrum(made.cases[0].parameters, *parts, *nontrivial)
 
 
 def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -226,5 +222,16 @@ def _growth(
     growth = np.where(erased[:, None], -np.inf, growth)
     rests = (stuck.events == 0) & (stuck.most > 0)
     growth[rests] = np.nan
-    parts = {"growth": growth[..., :-1], "_across": growth[..., -1:]}
-    return {"most_stuck": stuck.most, "_rests": rests} | parts
+    growth, across = map(np.ascontiguousarray, np.split(growth, [size], axis=2))
+    order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
+    growth = np.take_along_axis(growth, order[:, None], axis=2)
+    return {
+        "most_stuck": stuck.most,
+        "growth": growth,
+        "exponents": slopes(growth),
+        "standard_error": standard_errors(growth),
+        "nontrivial_exponent": slopes(across)[:, 0],
+        "nontrivial_error": standard_errors(across)[:, 0],
+        _ACROSS: across,
+        RESTS: rests,
+    }

@@ -35,12 +35,13 @@ from beltrepro.simulation.groups import (
 )
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
-from beltrepro.simulation.tables import Tabled, brief
+from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
 from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
 
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
 _ALIGNED = 0.1  # first share of the observation, in which the vectors turn to their directions
 _END = 0.5  # last share of it, in which blocks must turn for the motion not to be equilibrium slip
+RESTS = OF_RUNS + "rests"  # whether blocks slip too rarely in a run to judge it
 # Periods of the slowest mode, for which all blocks must slip: in a slip from which some stick again
 # they do for less than one up to u = 30, and for ten at u = 45 (N = 5 and 10).
 _PERIODS = 10
@@ -136,7 +137,7 @@ def classify(
     settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_judged, **settings)
     motions = gathered("motion", made, measure, progress, on_error, store, **settings)
-    warn_of_rests(made.cases, motions.pop("_rests"), transient)
+    warn_of_rests(made.cases, motions.of_runs[RESTS], transient)
     if not made.alone:
         return motions
     measured = [field.name for field in fields(Motion)[1:]]
@@ -188,7 +189,7 @@ def _judged(
             "nontrivial_exponent": exponents[lane, -1],
             "nontrivial_error": errors[lane, -1],
             "erased": stuck.most[lane],
-            "_rests": rests,
+            RESTS: rests,
         }
         if closed is not None and state == PERIODIC:
             # the motion after the transient may hold irregular motion that came before the orbit

@@ -50,6 +50,8 @@ def simulate(options: argparse.Namespace) -> None:
     ("replicates", int, 1, "runs at each combination (1)"),
     shared.SPREAD,
     ("workers", int, None, "cores to use; all of them if not given"),
+    ("on_error", str, "raise", "a chain that fails: raise ends all, nan leaves it out (raise)"),
+    ("store", Path, None, "keep what is finished in this .h5 file, and compute what it lacks"),
     shared.JSON,
     ("output", Path, None, "write the table to this .csv file, or all arrays to this .h5 file"),
     *shared.chain_options(shared.grid),
@@ -69,7 +71,7 @@ def scan(options: argparse.Namespace) -> None:
             import pandas  # noqa: F401
     chains = beltrepro.Grid(**shared.values(options, *shared.CHAIN, "replicates"))
     names = (name for name, *_ in (*shared.NUMERICS, shared.SEED, shared.SPREAD))
-    settings = shared.values(options, *names, "workers")
+    settings = shared.values(options, *names, "workers", "on_error", "store")
     results = beltrepro.scan(
         chains, **settings, section_values=0, progress=shared.progress_of("scan")
     )

@@ -6,13 +6,13 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial, reduce
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from beltrepro.base import checks, names
+from beltrepro.base import atomic, checks, names
 from beltrepro.base.errors import ModelStateError
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.groups import (
@@ -24,12 +24,20 @@ from beltrepro.simulation.groups import (
     parts_of,
     warn_of_failures,
 )
-from beltrepro.simulation.results import Results, in_rows, read, refuse_others, some_of
+from beltrepro.simulation.packed import packed
+from beltrepro.simulation.results import (
+    KEY,
+    Results,
+    in_rows,
+    keys_of,
+    refuse_others,
+    some_of,
+    together,
+)
 from beltrepro.simulation.setup import Case, Setup, columns
 
 Arrays = dict[str, np.ndarray]
 
-STATES = "_final_states"  # array of objects, which is no column; others with _ are the caller's
 _PATIENCE = 20  # times as long as it takes to write the file, until it is written again
 
 
@@ -47,44 +55,41 @@ def gathered(
 ) -> Results:
     """A row for each chain, of the arrays (W, ...) that are measured of each group.
 
-    also : a number of each chain on which they depend too. ends : whether STATES is among them.
+    also : a number of each chain on which they depend too. ends : whether final states are there.
     """
     names.one_of("on_error", on_error, ON_ERROR)
-    numbers = np.zeros(len(setup.cases)) if also is None else also
-    keys = [f"{case.key} {number:.17g}" for case, number in zip(setup.cases, numbers, strict=True)]
-    told = Results(columns(setup), {"kind": kind} | settings, [] if ends else None, keys)
+    cases = setup.cases
+    numbers = np.zeros(len(cases)) if also is None else also
+    keys = [f"{case.key} {number:.17g}" for case, number in zip(cases, numbers, strict=True)]
+    asked = Results(columns(setup) | {KEY: np.array(keys)}, {"kind": kind} | settings)
     work = partial(parts_of, measure, on_error)
     if store is None:
-        made = in_groups(setup.cases, work, progress, workers=setup.workers)
-        results = _filled(told, setup.cases, [part for _, parts in made for part in parts])
+        made = in_groups(cases, work, progress, workers=setup.workers)
+        results = _filled(asked, cases, [part for _, parts in made for part in parts], ends)
     else:
-        with _Store(store, told) as kept:
-            keep, known = partial(kept.keep, work), kept.rows()
-            in_groups(setup.cases, keep, progress, workers=setup.workers, skipped=known)
-        rows = kept.rows()
-        results = some_of(kept.held[0], [rows[index] for index in range(len(keys))])
-        results.update(told)
-        results.settings = told.settings
+        results = _Store(store, asked, ends).grown(cases, work, progress, setup.workers)
     warn_of_failures(results["error"].tolist(), on_error)
     if on_error == "raise":
         del results["error"]
     return results
 
 
-def _filled(told: Results, cases: Sequence[Case], parts: list[Part[Arrays]]) -> Results:
+def _filled(
+    asked: Results, cases: Sequence[Case], parts: list[Part[Arrays]], ends: bool
+) -> Results:
     """What the chains are, what is measured of them, and the line of each that has failed."""
-    count = len(cases)
-    lines = {int(rows[0]): str(part) for rows, part in parts if isinstance(part, ModelStateError)}
-    measured = [(rows, part) for rows, part in parts if not isinstance(part, ModelStateError)]
-    table, states = dict(told), None
-    for name in list(measured[0][1]) if measured else ():
-        # a scan of many chains is held but once
-        table[name] = in_rows(count, [(rows, arrays.pop(name)) for rows, arrays in measured])
-    if told.final_states is not None:
-        ends, duration = table.pop(STATES, np.zeros(count)).tolist(), told.settings["duration"]
-        states = [end or _nowhere(case, duration) for end, case in zip(ends, cases, strict=True)]
-    table["error"] = np.array([lines.get(row, "") for row in range(count)])
-    return Results(table, told.settings, states, told.run_keys)
+    arrays, lines = asked | asked.of_runs, [""] * len(cases)
+    pieces: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    for rows, part in parts:
+        if isinstance(part, ModelStateError):
+            lines[rows[0]] = str(part)
+            nowhere = _nowhere(cases[rows[0]], asked.settings["duration"])
+            part = packed([nowhere]) if ends else {}
+        for name in list(part):
+            pieces.setdefault(name, []).append((rows, part.pop(name)))
+    for name in list(pieces):  # a scan of many chains is held but once
+        arrays[name] = in_rows(len(cases), pieces.pop(name))
+    return Results(arrays | {"error": np.array(lines)}, asked.settings)
 
 
 def _nowhere(case: Case, duration: float) -> ChainState:
@@ -95,43 +100,69 @@ def _nowhere(case: Case, duration: float) -> ChainState:
 
 
 class _Store:
-    """A file of results that grows while chains of them are computed."""
+    """A file of results that grows while chains of them are computed, by several processes too."""
 
-    def __init__(self, path: str | Path, told: Results) -> None:
-        self._path, self._told = checks.path("store", path, (".h5",)), told
-        self.held: list[Results] = []  # the file, if there is one
-        if self._path.exists():
-            self.held.append(read(self._path))
-            refuse_others(f"store = {path}", self.held[0], told)
+    def __init__(self, path: str | Path, asked: Results, ends: bool) -> None:
+        self._path, self._asked, self._ends = checks.path("store", path, (".h5",)), asked, ends
         self._new: list[Results] = []
-        self._next, self._lock = 0.0, threading.Lock()
+        self._lock, self._next = threading.Lock(), 0.0
+        self._held = self._read()
 
-    def rows(self) -> dict[int, int]:
+    def grown(
+        self,
+        cases: Sequence[Case],
+        work: Callable[[Group], list[Part[Arrays]]],
+        progress: Report | None,
+        workers: int | None,
+    ) -> Results:
+        """What is asked for; what the file lacks of it is computed and added."""
+        known, keep = self._rows(), partial(self._keep, work)
+        if len(known) < len(cases):
+            atomic.begun(self._path).unlink(missing_ok=True)  # can it be? before hours
+        try:
+            in_groups(cases, keep, progress, workers=workers, skipped=known)
+        finally:  # Ctrl-C too
+            with self._lock:
+                if self._new:
+                    self._save()
+        rows = self._rows()
+        results = some_of(self._held[0], [rows[index] for index in range(len(cases))])
+        results.update(self._asked)
+        results.settings = self._asked.settings
+        return results
+
+    def _read(self) -> list[Results]:
+        """What the file holds, if there is one."""
+        held = [Results.load(self._path)] if self._path.exists() else []
+        for results in held:
+            refuse_others(f"store = {self._path}", results, self._asked)
+            results.setdefault("error", np.full(len(results["replicate"]), ""))
+        return held
+
+    def _rows(self) -> dict[int, int]:
         """In which row of the file the chains are that it has."""
-        rows = {key: row for held in self.held for row, key in enumerate(held.run_keys)}
-        keys = enumerate(self._told.run_keys)
+        rows = {key: row for held in self._held for row, key in enumerate(keys_of(held))}
+        keys = enumerate(keys_of(self._asked))
         return {index: rows[key] for index, key in keys if key in rows}
 
-    def keep(self, work: Callable[[Group], list[Part[Arrays]]], group: Group) -> None:
+    def _keep(self, work: Callable[[Group], list[Part[Arrays]]], group: Group) -> None:
         """Add what is made of a group; the file is written if it was not just before."""
         parts = [(np.searchsorted(group.indices, rows), part) for rows, part in work(group)]
         with self._lock:
-            told = some_of(self._told, group.indices.tolist())
-            self._new.append(_filled(told, group.cases, parts))
+            asked = some_of(self._asked, group.indices.tolist())
+            self._new.append(_filled(asked, group.cases, parts, self._ends))
             if time.monotonic() >= self._next:
                 self._save()
 
     def _save(self) -> None:
+        """Add what is new to the file as it is now: last what is asked for, in its order."""
         begun = time.monotonic()
-        held = reduce(Results.joined, [*self.held, reduce(Results.joined, self._new)])
-        held.save(self._path)
-        self.held, self._new = [held], []
+        with atomic.alone(self._path):
+            held = together(*self._read(), *self._held, *self._new)
+            held["error"] = held.pop("error")  # is last, also where the first chains have failed
+            order = {key: index for index, key in enumerate(keys_of(self._asked))}
+            places = [order.get(key, -1) for key in keys_of(held)]
+            held = some_of(held, np.argsort(places, kind="stable").tolist())
+            held.save(self._path)
+        self._held, self._new = [held], []
         self._next = time.monotonic() + _PATIENCE * (time.monotonic() - begun)
-
-    def __enter__(self) -> _Store:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            if self._new:
-                self._save()

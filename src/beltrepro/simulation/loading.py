@@ -25,8 +25,8 @@ class LoadingWatch:
 
     def __init__(self, cases: Sequence[Case], duration: float, transient: float) -> None:
         self._cases, self._duration, self._transient = cases, duration, transient
-        # of the runs in which it matters: a transient that leaves it out, and r
-        self._loading: dict[int, tuple[float, float]] = {}
+        # of the runs in which it matters: a transient that leaves it out, and r; NaN of the others
+        self.noted = np.full((len(cases), 2), np.nan)
 
     def observe(self, group: Group, chains: Integrator, *observers: Any) -> None:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
@@ -45,26 +45,17 @@ class LoadingWatch:
             for lane in np.flatnonzero(matters):
                 if self._may_load(cases[lane]):
                     needed = self._needed(cases[lane], length[lane])
-                    self._loading[int(group.indices[lane])] = needed, disorder[lane]
+                    self.noted[group.indices[lane]] = needed, disorder[lane]
 
-    def noted(self, indices: np.ndarray) -> np.ndarray:
-        """What `warn` needs of some runs (W, 2): a transient, and r; NaN of those that are well."""
-        return np.array([self._loading.get(index, (np.nan, np.nan)) for index in indices.tolist()])
-
-    def warn(self, noted: np.ndarray | None = None) -> None:
-        """Warn if runs are measured while their chains load, and say how long that takes.
-
-        noted : of all runs (P, 2), where some were made by another call.
-        """
-        if noted is not None:
-            rows = enumerate(noted.tolist())
-            self._loading = {row: (time, r) for row, (time, r) in rows if not math.isnan(time)}
-        if not self._loading:
+    def warn(self) -> None:
+        """Warn if runs are measured while their chains load, and say how long that takes."""
+        loading = np.flatnonzero(~np.isnan(self.noted[:, 0]))
+        if not len(loading):
             return
-        number = max(sorted(self._loading), key=lambda number: self._loading[number][0])
-        needed, disorder = self._loading[number]
+        number = loading[np.argmax(self.noted[loading, 0])]
+        needed, disorder = self.noted[number].tolist()
         total = len(self._cases)
-        many = "" if total == 1 else f"{len(self._loading)} of {total} chains: "
+        many = "" if total == 1 else f"{len(loading)} of {total} chains: "
         longer = "" if needed < self._duration / 2 else " and a duration well beyond it"
         what, advice = "loading is measured too", f"transient={needed:g}{longer} leaves it out"
         if needed > LONGEST / 2:

@@ -1,7 +1,8 @@
-"""States of many chains as tables of a file: one for each size of chain and scheme."""
+"""States of many chains as arrays with a row for each."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -9,40 +10,46 @@ import numpy as np
 from beltrepro.engine.state import ChainState, Scheme
 from beltrepro.model import ChainParameters
 from beltrepro.simulation.grid import QUANTITIES
+from beltrepro.simulation.tables import OF_RUNS
 
 OF_STATE = [one.name for one in fields(ChainState) if one.name not in ("parameters", "scheme")]
-_PLACE, _SCHEME = "final_states/", "scheme "
+_PLACE = OF_RUNS + "state/"
 
 
-def packed(states: Iterable[ChainState]) -> dict[str, np.ndarray]:
-    """Tables with a row for each state; `row` says which it is."""
-    tables: dict[tuple, list[tuple]] = {}
-    for row, state in enumerate(states):
-        values: dict[str, Any] = {name: getattr(state, name) for name in OF_STATE} | {"row": row}
+def packed(states: Sequence[ChainState]) -> dict[str, np.ndarray]:
+    """Arrays (W, ...) of states of chains of one size that one integrator has made."""
+    rows: list[dict[str, Any]] = []
+    for state in states:
+        rows.append({name: getattr(state, name) for name in OF_STATE})
         if scheme := state.scheme:
-            values |= {"integrator": scheme.integrator, "scheme_step": scheme.time_step}
-            values |= {_SCHEME + name: value for name, value in scheme.variables.items()}
-        arrays = {name: np.asarray(value) for name, value in values.items()}
-        dtype = tuple((name, array.dtype.str, array.shape) for name, array in arrays.items())
-        tables.setdefault(dtype, []).append(tuple(arrays.values()))
-    made = enumerate(tables.items())
-    return {f"{_PLACE}{number}": np.array(rows, list(dtype)) for number, (dtype, rows) in made}
+            name = scheme.integrator
+            rows[-1] |= {"integrator": name, "scheme_step": scheme.time_step}
+            rows[-1] |= {f"{name}/{variable}": one for variable, one in scheme.variables.items()}
+    return {_PLACE + name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def unpacked(arrays: Mapping[str, np.ndarray]) -> list[ChainState] | None:
+def unpacked(columns: Mapping[str, np.ndarray]) -> list[ChainState] | None:
     """The states that `packed` has put beside the columns of their chains, if it has."""
-    states: dict[int, ChainState] = {}
-    tables = [array for name, array in arrays.items() if name.startswith(_PLACE)]
-    constants = [arrays[name].tolist() for name in QUANTITIES] if tables else []
-    for table in tables:
-        for record in table:
-            values: Any = {name: record[name] for name in record.dtype.names}
-            values |= {name: one.item() for name, one in values.items() if one.ndim == 0}
-            schemes = [name for name in values if name.startswith(_SCHEME)]
-            variables = {name.removeprefix(_SCHEME): np.array(values.pop(name)) for name in schemes}
-            steps = values.pop("integrator", ""), values.pop("scheme_step", 0.0)
-            row, scheme = values.pop("row"), Scheme(*steps, variables) if schemes else None
-            size, *others = (constant[row] for constant in constants)
-            others = [one[:size] if isinstance(one, list) else one for one in others]
-            states[row] = ChainState(ChainParameters(size, *others), **values, scheme=scheme)
-    return [states[row] for row in range(len(states))] if tables else None
+    arrays = {
+        name.removeprefix(_PLACE): one for name, one in columns.items() if name.startswith(_PLACE)
+    }
+    if not arrays:
+        return None
+    states, chain = [], cache(ChainParameters)  # replicates share theirs
+    constants = zip(*(columns[name].tolist() for name in QUANTITIES), strict=True)
+    for row, (size, *law) in enumerate(constants):
+        law = [tuple(one[:size]) if isinstance(one, list) else one for one in law]
+        values: dict[str, Any] = {name: array[row] for name, array in arrays.items()}
+        for name, value in values.items():
+            if value.ndim == 0:
+                values[name] = value.item()
+            else:  # without what pads shorter chains
+                values[name] = np.array(value if name == "stream" else value[..., :size])
+        scheme, integrator = None, values.get("integrator")
+        if integrator:
+            own = [name for name in values if name.startswith(f"{integrator}/")]
+            variables = {name.partition("/")[2]: values[name] for name in own}
+            scheme = Scheme(integrator, values["scheme_step"], variables)
+        parts = {name: values[name] for name in OF_STATE}
+        states.append(ChainState(chain(size, *law), **parts, scheme=scheme))
+    return states

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,13 +15,14 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.state import ChainState
 from beltrepro.model.units import TEXTS, UNIT_OF
 from beltrepro.simulation.grid import QUANTITIES
-from beltrepro.simulation.packed import packed, unpacked
-from beltrepro.simulation.tables import Arrays, frame
+from beltrepro.simulation.packed import unpacked
+from beltrepro.simulation.tables import OF_RUNS, Arrays, frame
 
 if TYPE_CHECKING:
     import pandas as pd
 
-# quantities of the setup that all chains of a table share as a rule
+KEY = OF_RUNS + "key"
+# Quantities of the setup that all chains of a table share as a rule
 _MEANS = ("method", "time_step", "tolerance", "initial_spread", "seed")
 # Axes of arrays after that of the chains, where they are not the blocks.
 _AXES = {"section_velocity": "crossing", "section_histogram": "bin", "return_state": "coordinate"}
@@ -37,21 +39,22 @@ class Results(Arrays):
     ----------
     settings : dict
         What the function was told beside the setup, and its name.
-    final_states : list of ChainState, or None
-        Where the chains have ended, of `scan` and `time_to_continuous_slip`: as `initial_state`
-        they continue it. A chain that has failed has a state of NaN, from which it fails again.
     """
 
-    def __init__(
-        self,
-        arrays: dict[str, np.ndarray],
-        settings: dict[str, Any],
-        final_states: list[ChainState] | None = None,
-        run_keys: Sequence[str] = (),
-    ) -> None:
-        super().__init__(arrays)
-        self.settings, self.final_states = settings, final_states
-        self.run_keys = list(run_keys)  # runs of one key are the same run
+    def __init__(self, arrays: Mapping[str, np.ndarray], settings: dict[str, Any]) -> None:
+        of_runs = {name: array for name, array in arrays.items() if name.startswith(OF_RUNS)}
+        super().__init__({name: array for name, array in arrays.items() if name not in of_runs})
+        self.settings = settings
+        self.of_runs = of_runs  # arrays (P, ...) that are no columns
+
+    @cached_property
+    def final_states(self) -> list[ChainState] | None:
+        """Where the chains have ended, of `scan` and `time_to_continuous_slip`.
+
+        As `initial_state` they continue it. A chain that has failed has a state of NaN, from which
+        it fails again.
+        """
+        return unpacked(self | self.of_runs)
 
     def __repr__(self) -> str:
         chains = len(self["replicate"])
@@ -122,15 +125,7 @@ class Results(Arrays):
         if not isinstance(other, Results):
             raise InputError(f"other = {checks.shown(other)}: Results are needed")
         refuse_others("other", other, self)
-        known = set(self.run_keys)
-        other = some_of(other, [i for i, key in enumerate(other.run_keys) if key not in known])
-        keys, states, settings = self.run_keys + other.run_keys, None, self.settings
-        if self.final_states is not None and other.final_states is not None:
-            states = self.final_states + other.final_states
-        if "code_version" in settings:
-            made = [provenance.origin() | result.settings for result in (self, other)]
-            settings = settings | provenance.of_all(made)
-        return Results(in_one_table([self, other]), settings, states, keys)
+        return together(self, other)
 
     @names.checked
     def save(self, path: str | Path) -> None:
@@ -156,10 +151,8 @@ class Results(Arrays):
             order = {"columns": json.dumps(list(self)), "coordinates": " ".join(self.axes)}
             about = {name: {"units": TEXTS[UNIT_OF.get(name, "1")]} for name in self}
             axes = {name: ["chain", *_AXES.get(name, "block").split()] for name in self}
-            arrays = self | packed(self.final_states or [])
-            arrays |= {"key": np.array(self.run_keys)} if self.run_keys else {}
             attributes = provenance.origin() | self.settings | order
-            store.write(path, arrays, attributes, about, axes)
+            store.write(path, self | self.of_runs, attributes, about, axes)
 
     @classmethod
     @names.checked
@@ -183,22 +176,14 @@ class Results(Arrays):
         """
         if checks.path("path", path).suffix.lower() == ".csv":
             raise InputError(f"path = {path}: pandas.read_csv reads a table; this needs an .h5")
-        results = read(path)
-        for name in [name for name in results if name.startswith("_")]:
-            del results[name]
-        return results
-
-
-def read(path: str | Path) -> Results:
-    """All that a file of results has, with what names with _ are: of its maker alone."""
-    data = store.read(path)
-    if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
-        raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
-    data.attributes.pop("coordinates", None)
-    order = json.loads(data.attributes.pop("columns", "[]")) or data.arrays
-    table = {name: data.arrays[name] for name in order}
-    keys = data.arrays.get("key", np.empty(0)).tolist()
-    return Results(table, data.attributes, unpacked(data.arrays), keys)
+        data = store.read(path)
+        if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
+            raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
+        data.attributes.pop("coordinates", None)
+        order = json.loads(data.attributes.pop("columns", "[]")) or data.arrays
+        of_runs = [name for name in data.arrays if name.startswith(OF_RUNS)]
+        table = {name: data.arrays[name] for name in (*order, *of_runs)}
+        return cls(table, data.attributes)
 
 
 def refuse_others(what: str, held: Results, new: Results) -> None:
@@ -206,7 +191,7 @@ def refuse_others(what: str, held: Results, new: Results) -> None:
 
     Of a quantity of the setup chains of one table may have several values: they share one.
     """
-    if not held.run_keys:
+    if not (KEY in held.of_runs and KEY in new.of_runs):
         raise InputError(f"{what}: its runs have no keys, as in files of earlier versions")
     values: dict[str, list[list]] = {}
     for name in dict.fromkeys((*new.settings, *held.settings)):
@@ -221,24 +206,46 @@ def refuse_others(what: str, held: Results, new: Results) -> None:
             raise InputError("{}: {} is {} there and {} here".format(what, name, *texts))
 
 
+def keys_of(results: Results) -> list[str]:
+    """The keys of the runs: those of one key are the same run."""
+    return results.of_runs[KEY].tolist()
+
+
 def some_of(results: Results, rows: list[int]) -> Results:
     """Results of some of the chains."""
-    table = {name: array[rows] if array.ndim else array for name, array in results.items()}
-    states = results.final_states and [results.final_states[row] for row in rows]
-    return Results(table, results.settings, states, [results.run_keys[row] for row in rows])
+    count, arrays = len(results["replicate"]), results | results.of_runs
+    for name, array in arrays.items():
+        if np.shape(array)[:1] == (count,):
+            arrays[name] = np.asarray(array)[rows]
+    return Results(arrays, results.settings)
 
 
-def in_one_table(results: Sequence[Results]) -> dict[str, np.ndarray]:
-    """The arrays of several results, their chains one after the other."""
-    counts = [len(one["replicate"]) for one in results]
-    ends = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
-    table: dict[str, np.ndarray] = {}
-    for name in dict.fromkeys(name for one in results for name in one):
-        parts = [pair for pair in zip(ends, results, strict=True) if name in pair[1]]
-        wide = any(one[name].ndim > 1 for _, one in parts)
-        pieces = [(end, _by_block(one, name) if wide else one[name]) for end, one in parts]
-        table[name] = in_rows(sum(counts), pieces) if pieces[0][1].ndim else pieces[0][1]
-    return table
+def together(*parts: Results) -> Results:
+    """Results of some chains, and below them those of others, without runs that are above."""
+    settings, known, tables = parts[0].settings, set(), []
+    for part in parts:
+        keys = keys_of(part)
+        fresh = some_of(part, [row for row, key in enumerate(keys) if key not in known])
+        tables.append(fresh | fresh.of_runs)
+        known.update(keys)
+    if any("code_version" in part.settings for part in parts):
+        settings = settings | provenance.of_all(provenance.origin() | one.settings for one in parts)
+    return Results(in_one_table(tables), settings)
+
+
+def in_one_table(tables: Sequence[Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """The arrays of several results, those that are no columns too, their chains in order."""
+    sizes = [table["n_blocks"] for table in tables]
+    rows = np.split(np.arange(sum(map(len, sizes))), np.cumsum([len(size) for size in sizes])[:-1])
+    all_sizes, arrays = np.concatenate(sizes), {}
+    for name in dict.fromkeys(name for table in tables for name in table):
+        held = [pair for pair in zip(rows, tables, strict=True) if name in pair[1]]
+        pieces = [(row, np.asarray(table[name])) for row, table in held]
+        if any(array.ndim > 1 for _, array in pieces):
+            pieces = [(row, _by_block(array, all_sizes[row])) for row, array in pieces]
+        is_of_chains = all(array.shape[:1] == row.shape for row, array in pieces)
+        arrays[name] = in_rows(len(all_sizes), pieces) if is_of_chains else pieces[0][1]
+    return arrays
 
 
 def in_rows(total: int, pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
@@ -257,9 +264,8 @@ def in_rows(total: int, pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.n
     return joined
 
 
-def _by_block(results: Results, name: str) -> np.ndarray:
-    """A constant of each block (P, N), where it is one number of a chain, too."""
-    if (values := results[name]).ndim > 1:
+def _by_block(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Constants (P,) of chains of these sizes as those of their blocks (P, N), if they are none."""
+    if values.ndim != 1:
         return values
-    counts = results["n_blocks"][:, None]
-    return np.where(np.arange(counts.max(initial=0)) < counts, values[:, None], np.nan)
+    return np.where(np.arange(sizes.max(initial=0)) < sizes[:, None], values[:, None], np.nan)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import partial
 from numbers import Real
@@ -14,17 +13,18 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
+from beltrepro.model import ChainParameters
 from beltrepro.model.energy import slow_unit
 from beltrepro.observe.crossings import SectionHistogram, SectionValues
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
-from beltrepro.simulation.gathering import STATES, gathered
+from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.loading import LoadingWatch
+from beltrepro.simulation.packed import packed
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import (
-    Case,
     Chains,
     PerChain,
     check_duration,
@@ -34,10 +34,13 @@ from beltrepro.simulation.setup import (
     warn,
     with_setup,
 )
+from beltrepro.simulation.tables import OF_RUNS
 
 SLIP_COLUMNS = 10  # of slip_count, at least: results of chains of few blocks are of one shape
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
 LAMINAR_TIME = 200.0  # in units of sqrt(mass / stiffness): 30 periods of one block
+_BY_LAW = f"{LAMINAR_TIME:g} sqrt(mass / stiffness)"
+_LOADING = OF_RUNS + "loading"
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
@@ -79,9 +82,10 @@ def scan(
         NaN (counts 0, texts empty) and the array error (P,) its line, empty for the others. A
         warning counts such rows; where no run is left the first error is raised.
     store : str or Path, optional
-        A file, .h5, that keeps what is finished, also of a call that is interrupted. What it has
-        of these chains, whatever their order, is not computed again, and what it lacks is added.
-        Another duration, transient, method, tolerance, seed or the like is refused.
+        A file, .h5, that keeps what is finished, also of a call that is interrupted; `Results.save`
+        writes one too. What it has of these chains, whatever their order, is not computed again,
+        and what it lacks is added, by several processes too. Another duration, transient, method,
+        tolerance, seed or the like is refused.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -118,13 +122,14 @@ def scan(
     sections = section_positions(section_position, made.cases)
     loading = LoadingWatch(made.cases, duration, transient)
     measure = partial(_scanned, sections, loading, **settings, laminar_time=laminar_time)
-    settings |= {"laminar_time": _laminar_time(laminar_time, made.cases)}
+    settings["laminar_time"] = _as_setting(laminar_time)
     if isinstance(section_position, Real):
         settings["section_position"] = float(section_position)
     settings = {"duration": duration, **settings}
     how = progress, on_error, store
     results = gathered("scan", made, measure, *how, also=sections, ends=True, **settings)
-    loading.warn(results.pop("_loading"))
+    loading.noted = results.of_runs[_LOADING]  # also of runs of earlier calls
+    loading.warn()
     if section_position is not None and not results["section_count"].any():
         low = np.fmin.reduce(results["minimum_length"])  # those of runs that have failed are NaN
         high = np.fmax.reduce(results["maximum_length"])
@@ -151,7 +156,7 @@ def _scanned(
     section = SectionValues(belt_velocities, section_values, start)
     edges = np.array([0.0] if section_bins is None else section_bins)
     histogram = SectionHistogram(belt_velocities, edges, start)
-    laminar_time = _laminar_time(laminar_time, group.cases)
+    laminar_time = _laminar_time(laminar_time, group.chain)
     slips, forward = SlipActivity(begin, start, laminar_time), ForwardSlip(begin)
     loading.observe(group, chains, moments, section, histogram, slips, forward)
     end, more = chains.state(), max(0, SLIP_COLUMNS - n_blocks)
@@ -167,8 +172,8 @@ def _scanned(
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
         **({} if section_bins is None else {"section_histogram": histogram.count}),
-        "_loading": loading.noted(group.indices),
-        STATES: np.array(end, dtype=object),
+        _LOADING: loading.noted[group.indices],
+        **packed(end),
     }
 
 
@@ -181,12 +186,14 @@ def _edges(section_bins: Sequence[float]) -> tuple[float, ...]:
     return tuple(edges.tolist())
 
 
-def _laminar_time(given: float | None, cases: Sequence[Case]) -> float:
-    """The shortest laminar phase: as given, or by the law of the chains; NaN of several laws."""
-    if given is not None:
-        return checks.not_negative("laminar_time", given)
-    times = {LAMINAR_TIME * slow_unit(case.parameters) for case in cases}
-    return times.pop() if len(times) == 1 else math.nan
+def _laminar_time(given: float | None, chain: ChainParameters) -> float:
+    """The shortest laminar phase: as given, or by the law of a chain."""
+    return LAMINAR_TIME * slow_unit(chain) if given is None else given
+
+
+def _as_setting(laminar_time: Any) -> float | str:
+    """It, or the rule, as settings have it."""
+    return _BY_LAW if laminar_time is None else checks.not_negative("laminar_time", laminar_time)
 
 
 @with_setup
@@ -242,11 +249,12 @@ def time_to_continuous_slip(
     settle_time = checks.within("settle_time", settle_time, gt=0, le=duration)
     settings: dict[str, Any] = {"duration": duration, "settle_time": settle_time}
     made = setup_of(chains, setup)
-    longest = max(_laminar_time(laminar_time, [case]) for case in made.cases)
+    shortest = _as_setting(laminar_time)
+    longest = max(_laminar_time(laminar_time, case.parameters) for case in made.cases)
     if duration <= longest:
         warn(f"duration = {duration:g}: no chain escapes in it whose laminar_time is {longest:g}")
     measure = partial(_until_slip, **settings, laminar_time=laminar_time)
-    settings |= {"laminar_time": _laminar_time(laminar_time, made.cases)}
+    settings["laminar_time"] = shortest
     kind = "time to continuous slip"
     return gathered(kind, made, measure, progress, on_error, store, ends=True, **settings)
 
@@ -258,7 +266,7 @@ def _until_slip(
     start, settled = group.start, group.start + (duration - settle_time)
     chains, begin = integrator_of(group.cases), [case.state for case in group.cases]
     moments = LengthMoments(len(begin), settled)
-    laminar_time = _laminar_time(laminar_time, group.cases)
+    laminar_time = _laminar_time(laminar_time, group.chain)
     slips = SlipActivity(begin, settled, laminar_time)
     observe(chains, duration, [moments, slips], group.report)
     final = moments_of(moments, chains)
@@ -272,5 +280,5 @@ def _until_slip(
         "final_mean_length": final["mean_length"],
         "final_amplitude": final["maximum_length"] - final["minimum_length"],
         "final_stick_rate": slips.stick_count / settle_time,
-        STATES: np.array(chains.state(), dtype=object),
+        **packed(chains.state()),
     }

@@ -94,10 +94,10 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
         many = f"{len(heard)} warnings on the way, the first: " if len(heard) > 1 else ""
         warn(f"{many}{heard[0].message}")
     steps = np.repeat(np.arange(len(values)), len(made.cases))
-    table = {"step": steps, "way": _ways(values)[steps]} | in_one_table(parts)
+    tables = [part | part.of_runs for part in parts]
+    table = {"step": steps, "way": _ways(values)[steps]} | in_one_table(tables)
     settings = parts[0].settings | {"kind": "sweep", "quantity": quantity}
-    states = [state for part in parts for state in part.final_states or ()]
-    return Results(table, settings, states, [key for part in parts for key in part.run_keys])
+    return Results(table, settings)
 
 
 def _swept(given: dict[str, Any]) -> tuple[str, list]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _OF_CHAIN = ("n_blocks", "belt_velocity", "noise")
 _MOST_ROWS = 20  # in a notebook
+OF_RUNS = "run/"  # begins the names of arrays that only the functions look at which make results
 
 
 def frame(columns: Mapping[str, Any]) -> pd.DataFrame:
