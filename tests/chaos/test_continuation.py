@@ -231,6 +231,18 @@ def test_bad_input_is_one_line(two, changes, message):
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
+def test_what_happens_on_the_way_is_in_order_of_the_quantity(two, monkeypatch):
+    def walk(course, begin, edge):
+        values = np.linspace(begin.value, edge, 4)[1:]
+        *passed, end = (continuation.SpecialPoint(value, "torus", 0, "") for value in values)
+        return [begin], passed, end
+
+    monkeypatch.setattr(continuation._Course, "walk", walk)
+    further = orbit_branch(two, lower=2.0, upper=8.0, unstable=True)
+    assert [point.parameter for point in further.passed] == [3.0, 4.0, 6.0, 7.0]
+    assert (further.lower, further.upper) == (2.0, 8.0)
+
+
 def test_several_periods_are_refused(two):
     with pytest.raises(InputError, match="is several periods of a shorter one"):
         orbit_branch(close_orbit(two.state, 2 * two.period_time), lower=4.0, upper=7.0)

@@ -48,6 +48,21 @@ def test_a_run_has_left_at_the_last_return_before_three_periods_without(
     assert track.left((np.array(times), states, None), 0.0, duration) == leaves
 
 
+@pytest.mark.parametrize("way", [-1, 1])
+def test_an_orbit_is_lost_by_whichever_way_of_a_block_loses_it(track, way, monkeypatch):
+    """Where only displacements of 0.003 or more forward, or back, lead away."""
+    state = ChainState.at_rest(CHAIN)
+
+    def returns(cases, length, duration):
+        moved = [way * (case.state.displacements - state.displacements).sum() for case in cases]
+        states = [STATES + 100.0 * (size > 0.003) for size in moved]
+        return SimpleNamespace(returns=lambda lane: (track.times, states[lane], None))
+
+    monkeypatch.setattr(margin, "_returns", returns)
+    for size in (0.002, 0.004):
+        assert margin._lost(track, [(state, 0.0, 1)], size, 1) == (size > 0.003)
+
+
 def test_a_chain_comes_back_from_less_than_the_margin_and_not_from_more():
     """The orbit of 18 slips at u = 16."""
     chain = ChainParameters(5, 16.0)

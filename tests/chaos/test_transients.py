@@ -74,7 +74,7 @@ def test_a_run_does_not_depend_on_its_company(five):
 
 def test_one_block_and_continuous_slip_are_settled_from_their_start():
     chain = ChainParameters(3, 40.0)
-    state = sliding(chain, 3 * np.array([1.0, -2.0, 2.0]))
+    state = dataclasses.replace(sliding(chain, 3 * np.array([1.0, -2.0, 2.0])), time=700.0)
     slips = time_to_orbit(chain, duration=5000, initial_state=state)
     assert (slips["state"][0], slips["lifetime"][0]) == ("equilibrium slip", 0.0)
     one = time_to_orbit(ChainParameters(1, 5.0), duration=5000)

@@ -51,6 +51,14 @@ def test_states_are_as_likely_as_their_volume():
     assert abs(stretched - share) < 3 * np.sqrt(share * (1 - share) / 100)
 
 
+def test_no_block_is_faster_than_the_belt_whatever_its_mass():
+    chain = ChainParameters(2, 5.0, mass=(0.25, 4.0))
+    states = [slipping_state(chain, 400.0, replicate=number) for number in range(40)]
+    fastest = np.max([state.velocities for state in states], axis=0)
+    # H would do for 14 and more, and all velocities below 5 are possible
+    assert np.all((fastest > 3.5) & (fastest < 5.0))
+
+
 def test_an_energy_out_of_range_is_refused():
     for energy in (0.8e-3, 1.2e6):
         with pytest.raises(InputError, match=r"energy = .*: must be at least"):

@@ -172,7 +172,7 @@ def upwards(fall, runs=8):
     """Sweeps with two noises, without which they fall at u, some of them one later."""
     u, noise, run = map(np.ravel, np.meshgrid(VELOCITIES, [0.0, 1.0], np.arange(runs)))
     small = np.where(noise == 0, u >= fall + (run % 3 == 0), u >= 15)
-    r = np.where(small, 0.02, 0.12)[:, np.newaxis].repeat(2, axis=1)
+    r = np.stack([np.where(small, 0.02, 0.12), np.full(u.size, 0.02)], axis=1)  # down: small
     arrays = {"belt_velocity": u, "noise": noise, "replicate": run, "disorder_parameter": r}
     return data(arrays)
 
