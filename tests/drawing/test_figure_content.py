@@ -44,10 +44,16 @@ def runs(x, r):
     return np.repeat(x, 3), (r[:, np.newaxis] + SCATTER).ravel()
 
 
-def crossings(name, n, s):
-    """A dot for each crossing of a row, in all three replicates."""
-    points = [(u, v) for u in SCANS[name][1] for v in made.crossings(name, n, u, s)[:-2]]
-    return np.repeat(points, 3, axis=0).T
+def is_diagram(panel, name, s, lowest, bins):
+    """The density of the crossings of five blocks at each u."""
+    (image,) = panel.images
+    np.testing.assert_allclose(image.y_edges, np.linspace(lowest, 0, bins + 1))
+    np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
+    for place, u in enumerate(U):
+        values = made.crossings(name, 5, u, s)[:-2]
+        expected, _ = np.histogram(values, image.y_edges, density=True)
+        np.testing.assert_allclose(np.nan_to_num(image.values[:, place]), expected)
+    return image
 
 
 # --- the model ------------------------------------------------------------------------------------
@@ -107,6 +113,15 @@ def is_spectrum(panel, data, prefactor, exponent):
     assert paper.line == "--"
 
 
+def is_envelope(panel, x, y):
+    """The least and greatest of more samples than the panel has pixels."""
+    (shade,) = panel.axes.collections
+    place, low, high = drawn.corners(shade)
+    nearest = np.abs(place[:, np.newaxis] - x).argmin(axis=0)
+    assert place.size < x.size and np.isin([*low, *high], y).all()
+    assert np.all((low[nearest] <= y) & (y <= high[nearest]))
+
+
 def is_zoom(panel, inner, x, y, begin, end):
     assert panel.spans == [("x", pytest.approx(begin), pytest.approx(end))]
     inside = (x >= begin) & (x <= end)
@@ -118,8 +133,9 @@ def test_fig08_is_the_last_part_of_the_series_and_the_spectrum_of_all():
     arrays = dataset("u1").arrays
     last = arrays["time"] >= arrays["time"][-1] - 3000
     time, relative = arrays["time"][last], arrays["velocities"][last, 4] - 1.0
-    upper.draws("", "$x_N$", (time, arrays["positions"][last, 4]))
-    lower.draws("$t$", "$v_{rN}$", (time, relative))
+    is_envelope(upper, time, arrays["positions"][last, 4])
+    is_envelope(lower, time, relative)
+    assert (upper.ylabel, lower.xlabel, lower.ylabel) == ("$x_N$", "$t$", "$v_{rN}$")
     is_spectrum(spectrum, dataset("u1"), 0.0016, -1.21)  # caption of Fig. 8
     middle = time[np.argmin(relative)]
     is_zoom(lower, enlarged, time, relative, middle - 15, middle + 15)
@@ -191,7 +207,10 @@ def test_fig10_is_the_points_at_which_the_last_block_slips_by_both_integrators()
 
 def test_fig12_is_the_row_without_noise_with_the_other_method_over_it():
     top, disorder, _ = shown("fig12")
-    top.draws("", "$v_N$", crossings("n5_rows", 5, 0.0))
+    lowest = np.floor(min(made.crossings("n5_rows", 5, U[-1], 0.0)[:-2]))
+    image = is_diagram(top, "n5_rows", 0.0, lowest, 150)
+    assert (top.ylabel, image.scale) == ("$v_N$", "log")
+    assert image.label == "density (1 / model velocity)"
     single = row("n5_rows", 5, 0.0)
     starts = (*runs(*row("n5_replicates_check", 5, 0.0)), "other starts")
     disorder.draws("", "$r$", single, row("n5_rows_check", 5, 0.0), starts, more=0)
@@ -232,13 +251,7 @@ def test_fig17_is_the_density_of_the_crossings_at_four_noises():
     lowest = np.floor(min(made.crossings("n5_rows", 5, U[-1], 10.0)[:-2]))
     for panel, s in zip(grid, (0.0, 1.0, 5.0, 10.0), strict=True):
         assert rf"$\sigma = {s:g}$" in panel.title
-        (image,) = panel.images
-        np.testing.assert_allclose(image.y_edges, np.linspace(lowest, 0, 121))
-        np.testing.assert_allclose(image.x_edges, np.append(U - 1.5, U[-1] + 1.5))
-        for place, u in enumerate(U):
-            values = made.crossings("n5_rows", 5, u, s)[:-2]
-            expected, _ = np.histogram(values, image.y_edges, density=True)
-            np.testing.assert_allclose(np.nan_to_num(image.values[:, place]), expected)
+        is_diagram(panel, "n5_rows", s, lowest, 120)
         # at the foot of each u: whether the last block slips on, or both motions take turns
         share = made.laminar(U, s)
         for colour, chosen in ((style.BLUE, share > 0.95), (style.ORANGE, share == 0.5)):
@@ -266,6 +279,5 @@ def test_fig18_is_the_map_of_r_with_a_dot_at_each_intermittent_point_and_the_sha
     low, high = states.LAMINAR_SHARE
     u = SCANS["n5_replicates"][1]
     shares = [(u, made.laminar(u, s), rf"$\sigma = {s:g}$") for s in (0.0, 1.0, 2.2, 5.0)]
-    all_runs = [np.repeat((u, made.laminar(u, s)), 3, axis=1) for s in (0.0, 1.0, 2.2, 5.0)]
-    below.draws("$u$", "laminar share", *shares, *all_runs)
+    below.draws("$u$", "laminar share", *shares)
     assert below.guides == [("y", low), ("y", high)]

@@ -45,6 +45,8 @@ STUDY = "replication/studies/transition"
         (f"{STUDY}/claims.yaml", b"paper", b"print", {"fig12", "claims", "report"}),
         ("replication/drawing/beltrepro.mplstyle", b"", b"font.size: 8", {"fig12"}),
         ("replication/plan/lock.py", b"(", b"(1 + ", set()),
+        ("simulation/artists.py", b"(", b"(1 + ", {"fig12"}),
+        ("simulation/plots.py", b"(", b"(1 + ", set()),
     ],
 )
 def test_an_edit_reruns_what_depends_on_it_and_nothing_else(monkeypatch, file, old, new, reruns):

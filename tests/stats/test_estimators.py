@@ -9,7 +9,6 @@ import samples
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.avalanches import measure as avalanches
-from beltrepro.replication.studies.noise import measure
 from beltrepro.stats import power_law, sections, spectra, states
 
 RNG = np.random.default_rng
@@ -79,16 +78,12 @@ def test_lines_are_found_between_the_frequencies_of_the_spectrum():
 
 
 def test_a_velocity_density_by_hand():
-    row = {
-        "belt_velocity": np.array([2.0, 1.0, 2.0]),
-        "section_velocity": np.array([[0.5, 1.5], [0.5, np.nan], [1.5, 9.0]]),
-    }
-    u, v, result = measure.velocity_density(row, bins=4, range=(0.0, 2.0))
-    assert u.tolist() == [1, 2] and v.tolist() == [0.25, 0.75, 1.25, 1.75]
-    assert result[:, 0].tolist() == [0, 2, 0, 0]
+    values = np.array([[0.5, 1.5], [0.5, np.nan], [1.5, 9.0], [np.nan, np.nan]])
+    u, edges, result = sections.density_at([2, 1, 2, 3], values, np.linspace(0.0, 2.0, 5))
+    assert u.tolist() == [1, 2, 3] and edges.tolist() == [0, 0.5, 1, 1.5, 2]
+    assert result[:, 0].tolist() == [0, 2, 0, 0] and not result[:, 2].any()
     np.testing.assert_allclose(result[:, 1], [0, 2 / 3, 0, 4 / 3])
-    one = {"belt_velocity": np.array([3.0]), "section_velocity": np.array([[1.0]])}
-    assert measure.velocity_density(one, bins=2, range=(0, 2))[0].tolist() == [3]
+    assert sections.density_at([3.0], [[1.0]], 2)[1].tolist() == [0.5, 1.0, 1.5]
 
 
 # --- intermittency --------------------------------------------------------------------------------

@@ -48,6 +48,8 @@ class Spread(NamedTuple):
     median: np.ndarray
     high: np.ndarray  # the greatest
     mean: np.ndarray
+    tenth: np.ndarray  # below it lie 10 % of the values
+    ninetieth: np.ndarray
 
 
 def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
@@ -56,8 +58,29 @@ def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
     is_number = np.isfinite(values)
     places = np.unique(abscissa[is_number])
     runs_at = [values[is_number & (abscissa == place)] for place in places]
-    numbers = [[of(runs) for of in (np.min, np.median, np.max, np.mean)] for runs in runs_at]
-    return Spread(places, *np.reshape(numbers, (-1, 4)).T)
+    numbers = [
+        (np.min(runs), np.median(runs), np.max(runs), np.mean(runs), *np.quantile(runs, (0.1, 0.9)))
+        for runs in runs_at
+    ]
+    return Spread(places, *np.reshape(numbers, (-1, 6)).T)
+
+
+def density_at(
+    abscissa: npt.ArrayLike, values: npt.ArrayLike, bins: npt.ArrayLike | int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places along an axis, edges of bins, and the density (B, places) of the values at each place.
+
+    values : (P, M), padded with NaN, a row at each `abscissa` (P,); bins : as of `np.histogram`.
+    """
+    places, index = np.unique(abscissa, return_inverse=True)
+    values = np.asarray(values, dtype=float)
+    is_number = np.isfinite(values)
+    column = np.broadcast_to(index[:, np.newaxis], values.shape)[is_number]
+    edges = np.histogram_bin_edges(values[is_number], bins)
+    columns = np.arange(places.size + 1) - 0.5
+    count, _, _ = np.histogram2d(values[is_number], column, (edges, columns))
+    total = np.maximum(count.sum(axis=0), 1)  # a place without values has no density
+    return places, edges, count / total / np.diff(edges)[:, np.newaxis]
 
 
 # --- velocities at the section -----------------------------------------------------------------

@@ -7,10 +7,11 @@ import textwrap
 from contextlib import contextmanager
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
+from beltrepro.simulation import artists
+from beltrepro.simulation.artists import plain_log  # noqa: F401
 from beltrepro.stats import sections, spectra, states
 
 # What the axes of the paper show, in its symbols (model units).
@@ -21,7 +22,6 @@ DISORDER = "$r$"
 CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
 METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
-_RASTER_FROM = 5000  # more points than this are an image in the PDF
 
 
 # --- data -----------------------------------------------------------------------------------------
@@ -147,13 +147,6 @@ def make_room(axes, *, above):
     axes.set_ylim(wider)
 
 
-def plain_log(axis):
-    """Label a logarithmic axis of one or two decades with plain numbers."""
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
 def zoom(axes, inner, time, values, window):
     """Draw a trace within `window` = (begin, end) in `inner`, and shade the window in `axes`."""
     axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0)
@@ -208,7 +201,7 @@ def printed_range(axes, low, high, words, *, top=0.96):
 
 def trace(axes, time, values, *, ylabel):
     """A sampled quantity against time."""
-    axes.plot(time, values, color=style.BLUE, linewidth=0.5, rasterized=time.size > _RASTER_FROM)
+    artists.envelope(axes, time, values, linewidth=0.5)
     if not time.size:
         note(axes, "no samples")
     elif time.size > 1:
@@ -276,14 +269,37 @@ def band_diagram(axes, row, *, colour=style.BLUE, size, label="", aside=0.0):
     # Few dots can afford to be large, many must let through what lies below.
     crowd = (abscissa.size / 10000) ** 0.3
     look = {"markersize": size * np.clip(1 / crowd, 0.5, 2.0), "markeredgewidth": 0}
-    look |= {"alpha": np.clip(0.7 / crowd, 0.4, 0.9), "rasterized": abscissa.size > _RASTER_FROM}
+    look |= {"alpha": np.clip(0.7 / crowd, 0.4, 0.9)}
+    look |= {"rasterized": abscissa.size > artists.RASTER_FROM}
     axes.plot(abscissa + aside, velocities[crossed], ".", color=colour, label=label, **look)
 
 
 def finish_diagram(axes):
-    """Says so when a band diagram has no dots."""
-    if not axes.lines:
+    """Says so when a band diagram is empty."""
+    if not (axes.lines or axes.collections):
         note(axes, "no crossing of the section in this scan")
+
+
+def band_densities(panels, rows, *, bins, **bar):
+    """Density of v_N at the section for each u, a panel for each row, in one scale of colours.
+
+    bar : how the scale is drawn. Returns the range of v_N.
+    """
+    values = np.concatenate([row["section_velocity"].ravel() for row in rows])
+    ends = float(np.floor(min(values[np.isfinite(values)], default=-1.0))), 0.0
+    sides = np.linspace(*ends, bins + 1)
+    columns = ("belt_velocity", "section_velocity")
+    maps = [sections.density_at(*(row[name] for name in columns), sides) for row in rows]
+    meshes = []
+    for axes, (places, _, density) in zip(panels, maps, strict=True):
+        if density.any():
+            colours = artists.colour_limits(*(density for *_, density in maps))
+            how = artists.edges(places), sides, density
+            meshes.append(artists.density(axes, *how, **colours))
+        finish_diagram(axes)
+    if meshes:
+        artists.colour_bar(meshes, panels, artists.label("density", "1/velocity"), **bar)
+    return ends
 
 
 def section_name(row):
@@ -302,21 +318,22 @@ ONE_BRANCH = 1.5
 def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **changes):
     """A small mark for each run; a line of their means where they lie on one branch.
 
-    apart : largest ratio of the values of one branch; infinite for what always has a mean, 0 for
-    what never has.
+    apart : largest ratio of the values of one branch, 0 for what never has a mean; infinite for
+    what always has one, which has a band in place of the marks.
     """
     spread = sections.spread(abscissa, values)
     if not spread.place.size:
         return
     look = style.line_style(index) | {"markersize": 2.6, "markeredgewidth": 0.3} | changes
+    if np.isinf(apart):
+        artists.band(axes, abscissa, values, label=label, **look)
+        return
     measured = np.isfinite(values)
     dots = {"markersize": 1.5, "markeredgewidth": 0, "zorder": 1.5, "alpha": 0.7}
     dots |= {name: look[name] for name in ("color", "marker")}
     place, value = np.asarray(abscissa)[measured], np.asarray(values)[measured]
     axes.plot(place, value, linestyle="none", **dots)
-    joined = spread.mean
-    if np.isfinite(apart):
-        joined = np.where(spread.high <= apart * spread.low, joined, np.nan)
+    joined = np.where(spread.high <= apart * spread.low, spread.mean, np.nan)
     axes.plot(spread.place, joined, label=label, **look)
 
 

@@ -8,7 +8,7 @@ import ast
 import functools
 import hashlib
 import re
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 
 import grimp
@@ -21,6 +21,7 @@ INTEGRATORS = {
     "verlet": f"{PACKAGE}.engine.verlet_integrator",
 }
 KINDS = f"{PACKAGE}.replication.plan.kinds"
+DRAWING = {f"{PACKAGE}.simulation.{name}" for name in ("artists", "picture", "plots")}
 WORDS = "words.yaml"  # captions: only the report prints them, others are told theirs as parameters
 _NO_DATA = (".md", ".py", ".pyc", ".nbi", ".nbc")  # pages, sources, caches of Python and Numba
 
@@ -49,13 +50,15 @@ def _graph(methods: tuple[str, ...]) -> grimp.ImportGraph:
     """Who imports whom; for methods, as if simulations knew only their integrators.
 
     What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is. A
-    job that simulates nothing uses of the kinds of datasets only what their files hold.
+    job that simulates nothing uses of the kinds of datasets only what their files hold. No job
+    draws a result by its methods.
     """
     graph = grimp.build_graph(PACKAGE, cache_dir=None, exclude_type_checking_imports=True)
     simulation = {one for one in graph.modules if one.startswith(f"{PACKAGE}.simulation")}
     others = {module for name, module in INTEGRATORS.items() if name not in methods}
     cut = product(simulation, others) if methods else product([KINDS], simulation)
-    for importer, imported in cut:
+    library = {one for one in graph.modules if not one.startswith(f"{PACKAGE}.replication")}
+    for importer, imported in chain(cut, product(library - DRAWING, DRAWING)):
         if graph.direct_import_exists(importer=importer, imported=imported):
             graph.remove_import(importer=importer, imported=imported)
     return graph

@@ -1,12 +1,12 @@
 """Figs. 8 to 10: slips and avalanches at small belt velocity."""
 
 import numpy as np
-from matplotlib.colors import LogNorm
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
+from beltrepro.simulation import artists
 from beltrepro.stats import sections
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
@@ -140,12 +140,12 @@ def fig10(data):
     """Section points with v_rN < 0 in the plane (x_N, v_rN): a density where there are many."""
     figure, grid = panels.page(2.6, "ab", sharex=True, sharey=True)
     for axes, name in zip(grid, FIGURES["fig10"].uses, strict=True):
-        _section(figure, axes, data[name])
+        _section(axes, data[name])
     grid[0].set_ylabel(panels.RELATIVE_VELOCITY)
     return figure
 
 
-def _section(figure, axes, catalogue):
+def _section(axes, catalogue):
     about, points = catalogue.attributes, catalogue.arrays["section"]
     position = points["positions"][:, -1]
     relative = points["velocities"][:, -1] - about["belt_velocity"]
@@ -162,10 +162,10 @@ def _section(figure, axes, catalogue):
         axes.plot(position[new], relative[new], ".", color=style.BLUE, **look)
         axes.margins(0.02)
     else:
-        count, *edges = np.histogram2d(position[new], relative[new], BINS)
-        count = np.where(count > 0, count, np.nan)
-        image = axes.pcolormesh(*edges, count.T, norm=LogNorm(), rasterized=True)
-        figure.colorbar(image, ax=axes, pad=0.01, location="bottom", label="points per cell")
+        share, *edges = np.histogram2d(position[new], relative[new], BINS, density=True)
+        mesh = artists.density(axes, *edges, share.T)
+        words = "density (per model length and velocity)"
+        artists.colour_bar([mesh], axes, words, location="bottom")
     place = f"$x_{{{about['section_block']}}} = {about['section_position']:g}$"
     axes.set_xlabel(f"{panels.POSITION} at {place}")
     runs = f"{panels.METHODS[about['method']]}, {np.unique(points['point']).size} runs"

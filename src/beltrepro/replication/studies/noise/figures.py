@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from matplotlib.colors import BoundaryNorm, LogNorm
+from matplotlib.colors import BoundaryNorm
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
@@ -77,6 +77,7 @@ def _levels(scan):
 # --- Fig. 14: periodic windows and noise ----------------------------------------------------------
 
 BELT_VELOCITY = 7.0
+STRIP_BINS = 60  # of v_N
 
 
 @panels.draws(FIGURES)
@@ -85,12 +86,11 @@ def fig14(data):
     figure = style.page(6.4)
     upper, lower = figure.add_gridspec(2, 1, height_ratios=(2.2, 1))
     levels = panels.levels(data["n5_rows"], "noise")
-    rows = upper.subgridspec(max(levels.size, 1), 1)
-    strips = rows.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
+    places = upper.subgridspec(max(levels.size, 1), 1)
+    strips = places.subplots(sharex=True, sharey=True, squeeze=False)[:, 0]
+    rows = [sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise) for noise in levels]
+    panels.band_densities(strips[: levels.size], rows, bins=STRIP_BINS)
     for axes, noise in zip(strips, levels, strict=False):
-        row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=noise)
-        panels.band_diagram(axes, row, size=1.3)
-        panels.finish_diagram(axes)
         panels.remark(axes, rf"$\sigma = {noise:g}$")
         axes.set_ylabel(panels.VELOCITY)
     strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
@@ -175,40 +175,20 @@ def fig16(data):
 NOISES = (0.0, 1.0, 5.0, 10.0)
 BINS = 120
 FOOT = 0.04  # height of the marks, as a share of the panel
-DECADES = 3  # range of the colours below the largest density, at most
 
 
 @panels.draws(FIGURES)
 def fig17(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
     rows = {s: sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=s) for s in NOISES}
-    span = _span(rows.values())
     figure, grid = panels.page(4.0, "ab;cd", sharex=True, sharey=True)
-    maps = {
-        noise: measure.velocity_density(row, bins=BINS, range=span)
-        for noise, row in rows.items()
-        if np.isfinite(row["section_velocity"]).any()
-    }
-    norm, extend = _colours([density for _, _, density in maps.values()])
-    image = None
-    for axes, noise in zip(grid, NOISES, strict=True):
+    bar = {"location": "bottom", "aspect": 40, "format": "%g"}
+    span = panels.band_densities(grid, list(rows.values()), bins=BINS, **bar)
+    for axes, (noise, row) in zip(grid, rows.items(), strict=True):
         axes.set_title(rf"$\sigma = {noise:g}$")
-        if noise not in maps:
-            panels.note(axes, "no crossing of the section at this noise in this scan")
-            continue
-        *places, share = maps[noise]
-        axes.set_facecolor("0.93")
-        share = np.where(share > 0, share, np.nan)
-        image = axes.pcolormesh(*places, share, norm=norm, rasterized=True)
-        _marks(axes, rows[noise], span)
-    for axes in grid:
+        _marks(axes, row, span)
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
         axes.label_outer()
-    if image is not None:
-        look = {"pad": 0.02, "aspect": 40, "location": "bottom", "format": "%g"}
-        bar = figure.colorbar(image, ax=grid, extend=extend, **look)
-        bar.minorticks_off()
-        bar.set_label("density of $v_N$ at given $u$")
     return figure
 
 
@@ -225,19 +205,6 @@ def _marks(axes, row, span):
             places = share.place[chosen]
             axes.plot(places, np.full(places.size, foot), "|", color=colour, markersize=5)
     axes.set_ylim(span[0] - FOOT * (span[1] - span[0]), span[1])
-
-
-def _span(rows):
-    """Range of v_N that holds all section velocities of these rows."""
-    values = np.concatenate([row["section_velocity"].ravel() for row in rows])
-    return float(np.floor(min(values[np.isfinite(values)], default=-1.0))), 0.0
-
-
-def _colours(densities):
-    """(norm, extend): logarithmic colours for all panels, and whether some densities lie below."""
-    positive = np.concatenate([density[density > 0] for density in densities] or [np.ones(1)])
-    lowest = max(positive.min(), positive.max() / 10**DECADES)
-    return LogNorm(lowest, positive.max()), "min" if positive.min() < lowest else "neither"
 
 
 # --- Fig. 18: map of the disorder parameter -------------------------------------------------------

@@ -1,7 +1,7 @@
 """Rises of r with noise, its scatter, section velocities and their windows; laminar phases."""
 
 import contextlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import scipy
@@ -20,21 +20,6 @@ def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
     """The rise of r along sigma at levels with noise: those without are a set apart."""
     noisy = noise > 0
     return transition.rise(noise[noisy], disorder[noisy])
-
-
-def velocity_density(
-    row: Mapping[str, np.ndarray], *, bins: int, range: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """u, the middles of bins of v_N, and the density of v_N at the section in these at each u."""
-    places, place = np.unique(row["belt_velocity"], return_inverse=True)
-    edges = np.linspace(*range, bins + 1)
-    density = np.full((bins, places.size), np.nan)
-    for column in np.arange(places.size):
-        values = row["section_velocity"][place == column]
-        values = values[np.isfinite(values)]
-        if values.size:
-            density[:, column], _ = np.histogram(values, edges, density=True)
-    return places, (edges[1:] + edges[:-1]) / 2, density
 
 
 # --- how r and the section velocities scatter -----------------------------------------------------

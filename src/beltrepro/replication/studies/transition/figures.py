@@ -91,6 +91,7 @@ def fig11(data):
 
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
+BINS = 150  # of v_N
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
 
 
@@ -98,11 +99,10 @@ PLAIN = 50  # a shorter range of lifetimes has plain numbers
 def fig12(data):
     """a: v_N at the section; b: r; c: mean lifetimes. Against u, without noise."""
     figure, (top, disorder, lifetimes) = panels.page(
-        4.6, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
+        5.0, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
     )
     row = sections.cut(data["n5_rows"], n_blocks=N_BLOCKS, noise=0.0)
-    panels.band_diagram(top, row, size=2.0)
-    panels.finish_diagram(top)
+    panels.band_densities([top], [row], bins=BINS, location="top", aspect=50)
     top.set_ylabel(panels.VELOCITY)
     panels.remark(top, panels.section_name(row))
     _disorder(disorder, data)
