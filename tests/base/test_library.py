@@ -38,7 +38,7 @@ assert np.isclose(measured["disorder_parameter"][0], run.disorder_parameter)
 assert classify(chain, duration=2000.0, transient=500.0).state
 table = scan(Grid(3, [5.0, 10.0]), duration=60.0)
 table.save("points.h5")
-for needy in (run.plot, table.table):
+for needy in (run.plot, table.plot, table.table):
     try:
         needy()
     except InputError as error:
@@ -107,6 +107,7 @@ def test_the_library_stands_alone(strangers, tmp_path):
     said = run_without(strangers | above, LIBRARY, tmp_path).stdout.splitlines()
     assert said == [
         "a picture of a run needs matplotlib: pip install 'beltrepro[results]'",
+        "a picture needs matplotlib: pip install 'beltrepro[results]'",
         "a table needs pandas: pip install 'beltrepro[results]'",
     ]
     in_extra = {name_of(line) for line in PROJECT["optional-dependencies"]["results"]}

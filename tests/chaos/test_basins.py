@@ -81,7 +81,7 @@ def test_shares_do_not_depend_on_the_order_of_the_starts():
 
 
 def test_the_picture_draws_the_numbers_of_the_attractors(two, tmp_path):
-    disorder, shares = two.plot(tmp_path / "basins.png").axes
+    disorder, shares = two.plot(tmp_path / "basins.png"), two.plot_shares()
     assert (tmp_path / "basins.png").stat().st_size > 5000
     for branch, line in zip(two.branches.values(), disorder.lines, strict=True):
         points = [[orbit.parameters.belt_velocity, orbit.disorder_parameter]
@@ -89,6 +89,8 @@ def test_the_picture_draws_the_numbers_of_the_attractors(two, tmp_path):
         assert line.get_xydata().tolist() == points
     points = [point for marks in disorder.collections for point in marks.get_offsets().tolist()]
     assert sorted(points) == sorted([a.value, a.disorder_parameter] for a in two.attractors)
+    areas = np.concatenate([marks.get_sizes() for marks in disorder.collections])
+    assert areas.max() == 20 * areas.min()  # all of the starts, and none
     below = dict.fromkeys(two.values, 0.0)
     for attractor, bar in zip(two.attractors, shares.patches, strict=True):
         place = bar.get_x() + bar.get_width() / 2, bar.get_y(), bar.get_height()

@@ -52,6 +52,8 @@ STUDY = "replication/studies/transition"
         ("replication/plan/io.py", b"(", b"(1 + ", READERS),
         ("replication/plan/kinds.py", b"(", b"(1 + ", READERS),
         ("replication/plan/lock.py", b"(", b"(1 + ", set()),
+        ("simulation/artists.py", b"(", b"(1 + ", {"fig12"}),
+        ("simulation/plots.py", b"(", b"(1 + ", set()),
     ],
 )
 def test_an_edit_reruns_what_depends_on_it_and_nothing_else(monkeypatch, file, old, new, reruns):

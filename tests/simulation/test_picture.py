@@ -3,6 +3,7 @@
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from beltrepro import ChainParameters, simulate
 from beltrepro.base.errors import InputError
@@ -57,6 +58,34 @@ def test_one_block_without_samples_and_with_another_constant():
     assert not any(axes.lines[0].get_xdata().size for axes in (length, disorder))
     title = length.get_title()
     assert "N=1, u=5, σ=0, f_s=0.3" in title and "F_st0" not in title
+
+
+def test_one_panel_shows_the_samples_and_slips_of_a_run(run):
+    axes = Figure(figsize=(5, 4), dpi=60).subplots()
+    run.plot_length(ax=axes)
+    (shade,) = axes.collections
+    points = shade.get_paths()[0].vertices
+    length = run.positions[:, -1]
+    assert len(points) < 700 and (points[:, 1].min(), points[:, 1].max()) == (
+        length.min(), length.max())  # fmt: skip
+    (line,) = run.plot_length(window=(200, 210)).lines
+    inside = (run.time >= 200) & (run.time <= 210)
+    assert np.array_equal(line.get_xydata(), np.transpose([run.time[inside], length[inside]]))
+    late = run.time >= 100
+    for block in (1, -1):
+        (line,) = run.plot_phase(block=block).lines
+        column = block - 1 if block > 0 else -1
+        assert np.array_equal(line.get_xdata(), run.positions[late, column])
+        assert np.array_equal(line.get_ydata(), run.velocities[late, column])
+    slips = run.plot_slips(color="red")
+    assert slips.get_xlim() == (200.0, 400.0)
+    bars = [len(bars.get_paths()) for bars in slips.collections]
+    assert bars == [len(picture.slips_of(run, block)) for block in (1, 2, 3)]
+    for wrong, words in (({"window": (9, 5)}, "window"), ({"window": (900, 950)}, "no samples")):
+        with pytest.raises(InputError, match=words):
+            run.plot_length(**wrong)
+    with pytest.raises(InputError, match="allowed are 1 to 3, and -1 for the last"):
+        run.plot_phase(block=0)
 
 
 @pytest.mark.thorough

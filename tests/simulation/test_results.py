@@ -5,6 +5,7 @@ import re
 import warnings
 
 import h5py
+import matplotlib.figure
 import numpy as np
 import pytest
 
@@ -47,6 +48,34 @@ def returned():
         basins(ChainParameters(1, 5.0), duration=1000),
     ]
     return {type(result).__name__: result for result in results}
+
+
+PICTURES = [
+    *((kind, "plot") for kind in ("Basins", "Catalogue", "LyapunovSpectrum", "OrbitBranch")),
+    *(("Run", f"plot_{what}") for what in ("length", "slips", "phase")),
+    *(("Results", name) for name in ("plot", "plot_section")),
+    ("Basins", "plot_shares"), ("Catalogue", "plot_slips"), ("PeriodicOrbit", "plot"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "name"), PICTURES)
+def test_a_picture_of_one_panel_goes_where_it_is_told(kind, name, returned, tmp_path):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    plt.switch_backend("agg")
+    plot = getattr(returned[kind], name)
+    figure = matplotlib.figure.Figure()
+    ax = figure.subplots()
+    assert plot(ax=ax) is ax and ax.has_data() and ax.get_xlabel() and ax.get_ylabel()
+    alone = plot()
+    assert alone.figure.get_figwidth() == pytest.approx(8.6 / 2.54)
+    for path in (tmp_path / "alone.png", tmp_path / "panel.pdf"):
+        assert plot(path, **{"ax": ax} if path.suffix == ".pdf" else {}) is not None
+        assert path.stat().st_size > 3000
+    assert not plt.get_fignums() and len(list(tmp_path.iterdir())) == 2
+    with pytest.raises(InputError, match="'axs'; did you mean 'ax"):
+        plot(axs=ax)
+    with pytest.raises(InputError, match="must end in"):
+        plot("picture.jpg")
 
 
 @pytest.mark.parametrize(

@@ -160,6 +160,14 @@ def _curves(axes):
         yield Curve(label=label, points=points, colour=colour, line=dash, look=look)
 
 
+def corners(shade):
+    """Places of a filled area, and the least and greatest y at each."""
+    points = np.concatenate([path.vertices for path in shade.get_paths()])
+    place = np.unique(points[:, 0])
+    at = [points[points[:, 0] == x, 1] for x in place]
+    return place, np.array([y.min() for y in at]), np.array([y.max() for y in at])
+
+
 def _meshes(axes):
     return [mesh for mesh in axes.collections if isinstance(mesh, QuadMesh)]
 

@@ -5,12 +5,14 @@ import functools
 import inspect
 import textwrap
 from collections.abc import Callable, Collection, Iterable
+from textwrap import shorten
 from typing import Any, TypeVar, cast
 
 from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 
 F = TypeVar("F", bound=Callable[..., Any])
+_LONGEST_LIST = 300  # letters
 
 # Names by the symbols of the paper, in plain letters.
 SYMBOLS = {"N": "n_blocks", "u": "belt_velocity", "sigma": "noise", "dt": "time_step",
@@ -54,7 +56,8 @@ def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
     if isinstance(value, str) and value in allowed:
         return value
     meant = hint(value, allowed) if isinstance(value, str) else ""
-    raise InputError(f"{name} = {shown(value)}: allowed are {', '.join(allowed)}{meant}")
+    listed = shorten(", ".join(allowed), _LONGEST_LIST, placeholder=" ...")
+    raise InputError(f"{name} = {shown(value)}: allowed are {listed}{meant}")
 
 
 def checked(called: F, also: Collection[str] = ()) -> F:

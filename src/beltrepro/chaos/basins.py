@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import chain, cycle
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from beltrepro.base import names
-from beltrepro.base.errors import InputError, ModelStateError, needing
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.chaos.continuation import QUANTITIES, OrbitBranch, orbit_branch
 from beltrepro.chaos.irregular import IRREGULAR, time_to_orbit
 from beltrepro.chaos.periodic_orbits import (
@@ -28,21 +27,18 @@ from beltrepro.observe.crossings import ReturnLog
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, Setup, setup_of, with_setup
-from beltrepro.simulation.tables import Tabled, brief
+from beltrepro.simulation.tables import Tabled, brief, one_panel
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import EQUILIBRIUM, PERIODIC
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 _RUNS = 0.8  # share of the work, about, that the runs are
 _SAME = 1e-5  # share by which periods, and states at the section, of one orbit may differ
 _LONGEST = 200  # slips of an orbit that is followed: longer ones end within little of the quantity
 _ALIKE = 0.5  # e-foldings of r by which neighbours of one irregular motion may differ
 _COLUMNS = ("label", "state", "reached_by", "starts", "period_time", "period_events", *MOMENTS)
-# Told apart by colour-blind readers, and told again after as many.
-_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-_MARKERS = {PERIODIC: "o", IRREGULAR: "x", EQUILIBRIUM: "s"}
 
 
 @dataclass(eq=False, repr=False)
@@ -159,28 +155,19 @@ class Basins(Tabled):
             rows.append(row | share.named("share", "share_low", "share_high"))
         return {name: [row[name] for row in rows] for name in rows[0]}
 
-    @names.checked
-    def plot(self, path: str | Path | None = None) -> Figure:
-        """Draw r of the attractors and branches, and below the shares of the starts.
+    @one_panel
+    def plot(self, path: str | Path | None = None, *, ax: Any = None, **look: Any) -> Axes:
+        """Draw r of branches and attractors; marks are as large as the shares of the starts."""
+        from beltrepro.simulation import plots
 
-        Parameters
-        ----------
-        path : str or Path, optional
-            A file for the figure, .png, .pdf or .svg; without it the figure is shown.
+        return plots.basins(ax, self, look)
 
-        Returns
-        -------
-        matplotlib.figure.Figure
-            The figure.
+    @one_panel
+    def plot_shares(self, path: str | Path | None = None, *, ax: Any = None, **look: Any) -> Axes:
+        """Draw the shares of the starts that reach each attractor, on top of each other."""
+        from beltrepro.simulation import plots
 
-        Raises
-        ------
-        InputError
-            It is no path, or has another ending; or there is no display, or no matplotlib.
-        """
-        with needing("the picture of basins"):
-            from beltrepro.simulation import picture
-        return picture.put(lambda: _draw(self), path, repr(self))
+        return plots.shares(ax, self, look)
 
     def __repr__(self) -> str:
         count, values = len({one.label for one in self.attractors}), self.values
@@ -339,38 +326,3 @@ def _orbit_at(branch: OrbitBranch, value: float) -> PeriodicOrbit | None:
     piece = orbit_branch(orbit, branch.quantity, lower=lower, upper=upper, step=upper - lower)
     orbit = piece.orbits[0 if value < at else -1]
     return orbit if getattr(orbit.parameters, branch.quantity) == value else None
-
-
-def _draw(basins: Basins) -> Figure:
-    """Above r, branches as lines; below the shares of the starts, on top of each other."""
-    from matplotlib import style
-    from matplotlib.figure import Figure
-
-    from beltrepro.simulation.picture import LOOK
-
-    labels = sorted({one.label for one in basins.attractors})
-    colour = dict(zip(labels, cycle(_COLOURS), strict=False))
-    with style.context(["default", LOOK]):
-        figure = Figure(figsize=(5.2, 4.6), layout="constrained")
-        disorder, shares = figure.subplots(2, 1, sharex=True)
-        for label, branch in basins.branches.items():
-            line = branch.parameter, branch.disorder_parameter
-            disorder.plot(*line, color=colour[label], linewidth=1)
-        for state, marker in _MARKERS.items():
-            if those := [one for one in basins.attractors if one.state == state]:
-                values, r = [one.value for one in those], [one.disorder_parameter for one in those]
-                colours = [colour[one.label] for one in those]
-                disorder.scatter(values, r, s=14, marker=marker, c=colours, label=state)
-        bottom = dict.fromkeys(basins.values.tolist(), 0.0)
-        width = 0.8 * min(np.diff(basins.values), default=1.0)
-        for one in basins.attractors:
-            share, look = one.reached_by / one.starts, {"edgecolor": "white", "linewidth": 0.3}
-            place = {"bottom": bottom[one.value], "color": colour[one.label]}
-            shares.bar(one.value, share, width, **place, **look)
-            bottom[one.value] += share
-        symbol = next(key for key, name in names.SYMBOLS.items() if name == basins.quantity)
-        symbol = f"${symbol}$" if len(symbol) == 1 else symbol  # Delta_l_max is no formula
-        disorder.set(ylabel="$r$", yscale="log")
-        disorder.legend()
-        shares.set(xlabel=symbol, ylabel="share of the starts", ylim=(0, 1))
-    return figure

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,10 @@ from beltrepro.model import ChainParameters
 from beltrepro.model.parameters import LIMITS
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.setup import check_tolerance
-from beltrepro.simulation.tables import Tabled
+from beltrepro.simulation.tables import Tabled, one_panel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 QUANTITIES = tuple(
     field.name for field in fields(ChainParameters) if field.name not in ("n_blocks", "noise")
@@ -115,6 +119,23 @@ class OrbitBranch(Tabled):
         columns = {self.quantity: self.parameter, "period_time": self.period_time}
         columns |= {"period_events": events, "largest_multiplier": abs(self.largest_multiplier)}
         return columns | {name: self[name] for name in ("stable", *MOMENTS)}
+
+    @one_panel
+    def plot(
+        self, path: str | Path | None = None, *, ax: Any = None, y: str = MOMENTS[0], **look: Any
+    ) -> Axes:
+        """Draw a number of the orbits along the branch, dashed where they do not attract.
+
+        Parameters
+        ----------
+        y : str
+            disorder_parameter, mean_length, period_time, period_events or largest_multiplier.
+        """
+        from beltrepro.simulation import plots
+
+        columns = self._columns()
+        del columns[self.quantity], columns["stable"]
+        return plots.branch(ax, self, y, columns, look)
 
     def __repr__(self) -> str:
         ends = f"{self.lower:.9g} ({self.lower_end.kind}) to "

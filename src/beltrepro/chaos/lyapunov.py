@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,8 +20,11 @@ from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, observe
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, check_lengths, setup_of, with_setup
-from beltrepro.simulation.tables import OF_RUNS, Tabled
+from beltrepro.simulation.tables import OF_RUNS, Tabled, one_panel
 from beltrepro.stats.motion import resolution
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _ACROSS = OF_RUNS + "across"
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
@@ -89,6 +92,13 @@ class LyapunovSpectrum(Tabled):
         # the error of a short run is not known
         least = resolution(np.nan_to_num(self.standard_error[first]), time)
         return first if abs(self.exponents[first]) <= least else None
+
+    @one_panel
+    def plot(self, path: str | Path | None = None, *, ax: Any = None, **look: Any) -> Axes:
+        """Draw the exponents in their order, with errors; at the foot those of minus infinity."""
+        from beltrepro.simulation import plots
+
+        return plots.exponents(ax, self, look)
 
     def __repr__(self) -> str:
         first = ", ".join(

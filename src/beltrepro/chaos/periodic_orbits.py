@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -32,15 +33,19 @@ from beltrepro.simulation.groups import (
 )
 from beltrepro.simulation.run import Run
 from beltrepro.simulation.setup import Case, Chains, Setup, check_lengths, setup_of, with_setup
-from beltrepro.simulation.tables import Tabled
+from beltrepro.simulation.tables import Tabled, one_panel
 from beltrepro.simulation.trajectories import event_records, simulate
 from beltrepro.stats.motion import CLOSED, find_recurrence
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOMENTS = ("disorder_parameter", "mean_length")
 _TIME_STEP = 0.001  # of no effect without noise
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
 _OFF_MIDDLE = 0.125  # share of the time between two events by which a state may be off its middle
 _NEAR = 0.5  # share of the period by which it may change: every state comes back after no time
+_DRAWN = 4000  # samples of the period in a picture
 _SAMPLE_INTERVAL = 0.1  # model time, about: of the samples of x_N for r, of the paper's chain
 
 
@@ -125,6 +130,19 @@ class PeriodicOrbit(Tabled):
         return cast(
             Run, simulate(setup, duration=self.period_time, sample_interval=sample_interval)
         )
+
+    @one_panel
+    def plot(
+        self, path: str | Path | None = None, *, ax: Any = None, block: int = -1, **look: Any
+    ) -> Axes:
+        """Draw the orbit of a block: its velocity by its position.
+
+        Parameters
+        ----------
+        block : int
+            From 1; -1 for the last one.
+        """
+        return self.run(self.period_time / _DRAWN).plot_phase(ax=ax, block=block, **look)
 
     def __repr__(self) -> str:
         return (

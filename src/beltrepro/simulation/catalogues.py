@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,10 +37,11 @@ from beltrepro.simulation.setup import (
     warn,
     with_setup,
 )
-from beltrepro.simulation.tables import Arrays, blocks, frame
+from beltrepro.simulation.tables import Arrays, blocks, frame, one_panel
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
 
 class Catalogue(Arrays):
@@ -85,6 +87,42 @@ class Catalogue(Arrays):
             columns |= blocks("position", rows["positions"])
             columns |= blocks("velocity", rows["velocities"])
         return frame(columns)
+
+    @one_panel
+    def plot(
+        self, path: str | Path | None = None, *, ax: Any = None, kind: str = "avalanches",
+        size: str = "dissipated", bins_per_decade: int = 8, **look: Any,
+    ) -> Axes:  # fmt: skip
+        """Draw the probability density of the sizes of avalanches or slips, on logarithmic axes.
+
+        Parameters
+        ----------
+        kind : str
+            avalanches or slips.
+        size : str
+            Of avalanches dissipated, spring_energy_drop, slips or blocks; of slips dissipated or
+            displacement, positive towards the wall. Sizes of 0 and below are left out.
+        bins_per_decade : int
+            Bins of equal width in the logarithm.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.sizes(ax, self, kind, size, bins_per_decade, look)
+
+    @one_panel
+    def plot_slips(
+        self, path: str | Path | None = None, *, ax: Any = None, point: int = 0, **look: Any
+    ) -> Axes:
+        """Draw the slips of a chain in time and space: a line from where each starts to its stop.
+
+        Parameters
+        ----------
+        point : int
+            The number of the chain, from 0.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.slips(ax, self, point, look)
 
 
 @with_setup

@@ -1,19 +1,26 @@
-"""One run at a glance: x_N(t), r and slips; `Run.plot` and `beltrepro plot` draw it."""
+"""Pictures as files and on screens; and one run at a glance: x_N(t), r and slips."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import matplotlib.style
 import numpy as np
+from matplotlib.artist import ArtistInspector
+from matplotlib.axes import Axes
 from matplotlib.backends.registry import BackendFilter, backend_registry
+from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from beltrepro.base import checks
+from beltrepro.base import checks, names
 from beltrepro.base.atomic import replacing
+from beltrepro.base.checks import shown
 from beltrepro.base.errors import InputError
 from beltrepro.base.names import SYMBOLS
+from beltrepro.simulation.artists import BLUE, GREEN, RASTER_FROM, VERMILION
 
 SUFFIXES = (".png", ".pdf", ".svg")
 NO_DISPLAY = f"no display to show the figure on: name a file that ends in {', '.join(SUFFIXES)}"
@@ -27,9 +34,16 @@ LOOK: dict[str, Any] = {
     "savefig.dpi": 200,
     "agg.path.chunksize": 20000,
 }
-_BLUE, _VERMILION, _GREEN = "#0072b2", "#d55e00", "#009e73"  # told apart by colour-blind readers
-_MEAN = {"color": _VERMILION, "linewidth": 0.8, "linestyle": "--"}
-_RASTER_FROM = 5000  # more samples than this are an image in a PDF
+# One panel has the width of a column of a journal, and letters that are legible there.
+PANEL: dict[str, Any] = {
+    "figure.figsize": (8.6 / 2.54, 2.6),
+    "figure.dpi": 300,
+    "savefig.dpi": "figure",
+    "font.size": 8,
+    "legend.fontsize": 7,
+    "ytick.right": True,
+}
+_MEAN = {"color": VERMILION, "linewidth": 0.8, "linestyle": "--"}
 _SLIPS_SHOWN = 200.0  # model time of the panel of slips: some ten slips of each block
 _BAR = 0.7  # height of the bar of a slip; blocks are 1 apart
 _USUAL_ROWS = 12  # blocks for which there is room on the usual page
@@ -45,11 +59,55 @@ def put(draw: Callable[[], Figure], path: str | Path | None, title: str) -> Figu
         raise InputError(NO_DISPLAY)
     figure = draw()
     if path is not None:
-        with matplotlib.style.context(LOOK), replacing(path) as unfinished:
-            figure.savefig(unfinished, metadata={"Title": title})
+        with matplotlib.style.context(LOOK):
+            _write(figure, path, title)
     elif where == "window":
         _open_window(figure)
     return figure
+
+
+def panel(
+    draw: Callable[[Axes], Any], path: str | Path | None, axes: Axes | None, title: str
+) -> Axes:
+    """Draw into axes, or into those of a new figure, which is written to a file or shown."""
+    if path is not None:
+        path = checks.path("path", path, SUFFIXES)
+    if not isinstance(axes, Axes | None):
+        raise InputError(f"ax = {shown(axes)}: one Axes of matplotlib is needed")
+    given = axes is not None
+    with nullcontext() if given else matplotlib.style.context(["default", LOOK, PANEL]):
+        axes = axes or Figure(layout="constrained").subplots()
+        draw(axes)
+        figure = axes.figure.canvas.figure  # also of the axes of a part of a figure
+        if path is not None:
+            _write(figure, path, title)
+        elif not given and (where := display()):
+            _open_window(figure) if where == "window" else _put_into_notebook(figure)
+    return axes
+
+
+def keywords(title: str, given: Mapping[str, Any], own: Sequence[str]) -> dict[str, Any]:
+    """Keywords that are arguments of a function, or by their long names what it draws has."""
+    kinds = [ArtistInspector(kind) for kind in (Line2D, PolyCollection, QuadMesh)]
+    long = {short: name for kind in kinds for name, all_ in kind.aliasd.items() for short in all_}
+    allowed = [*own, "cmap", "norm", "vmin", "vmax", *long]
+    allowed += [name for kind in kinds for name in kind.get_setters()]
+    for name in given:
+        if name not in allowed:
+            meant = names.hint(name, allowed) or f": its own are {', '.join(own)}"
+            raise InputError(f"{title} has no argument {name!r}{meant}")
+    return {long.get(name, name): value for name, value in given.items()}
+
+
+def _write(figure, path, title):
+    with replacing(path) as unfinished:
+        figure.savefig(unfinished, metadata={"Title": title})
+
+
+def _put_into_notebook(figure):
+    from IPython.display import display as show_now
+
+    show_now(figure)
 
 
 def _open_window(figure):
@@ -90,19 +148,26 @@ def draw(run: Any) -> Figure:
         _draw_disorder(disorder, run)
         disorder.sharex(length)
         disorder.set(xlabel="$t$", ylabel=r"$r$ up to $t$")
-        left = max(begin, end - _SLIPS_SHOWN)
-        for block in range(1, n_blocks + 1):
-            bars = [(low, high - low) for low, high in slips_of(run, block) if high > left]
-            slips.broken_barh(bars, (block - _BAR / 2, _BAR), color=_GREEN, linewidth=0)
-        slips.set(xlim=(left, end), ylim=(0.4, n_blocks + 0.6), xlabel="$t$")
-        slips.set_ylabel("slipping block")
-        slips.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        draw_slips(slips, run, end - _SLIPS_SHOWN)
+        slips.set_xlabel("$t$")
     return figure
 
 
+def draw_slips(axes: Axes, run: Any, since: float, **look: Any) -> None:
+    """Which blocks slip when: a row for each, with a bar for each slip; the end is shown."""
+    begin, end, n_blocks = run.initial_state.time, run.final_state.time, run.parameters.n_blocks
+    how: dict[str, Any] = {"color": GREEN, "linewidth": 0} | look
+    for block in range(1, n_blocks + 1):
+        bars = [(low, high - low) for low, high in slips_of(run, block) if high > since]
+        axes.broken_barh(bars, (block - _BAR / 2, _BAR), **how)
+    axes.set(xlim=(max(begin, end - _SLIPS_SHOWN), end), ylim=(0.4, n_blocks + 0.6))
+    axes.set_ylabel("slipping block")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+
+
 def _draw_length(axes, run):
-    many = run.time.size > _RASTER_FROM
-    axes.plot(run.time, run.positions[:, -1], color=_BLUE, linewidth=0.5, rasterized=many)
+    many = run.time.size > RASTER_FROM
+    axes.plot(run.time, run.positions[:, -1], color=BLUE, linewidth=0.5, rasterized=many)
     title = _title(run.parameters)
     if np.isfinite(run.mean_length):
         axes.axhline(run.mean_length, **_MEAN)
@@ -128,7 +193,7 @@ def _draw_disorder(axes, run):
     offset = length - length[:1]
     mean = np.cumsum(offset) / count
     variance = np.maximum(np.cumsum(offset**2) / count - mean**2, 0.0)
-    axes.plot(time, np.sqrt(variance) / (length[:1] + mean), color=_BLUE, linewidth=0.9)
+    axes.plot(time, np.sqrt(variance) / (length[:1] + mean), color=BLUE, linewidth=0.9)
     if np.isfinite(run.disorder_parameter):
         axes.axhline(run.disorder_parameter, **_MEAN)
     axes.set_ylim(bottom=0)

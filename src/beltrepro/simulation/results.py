@@ -16,10 +16,11 @@ from beltrepro.engine.state import ChainState
 from beltrepro.model.units import TEXTS, UNIT_OF
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.packed import unpacked
-from beltrepro.simulation.tables import OF_RUNS, Arrays, frame
+from beltrepro.simulation.tables import OF_RUNS, Arrays, frame, one_panel
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
 KEY = OF_RUNS + "key"
 # Quantities of the setup that all chains of a table share as a rule
@@ -100,6 +101,52 @@ class Results(Arrays):
             if self[name].ndim > 1:
                 columns |= {f"{name}_{i}": one for i, one in enumerate(self[name].T, start=1)}
         return frame(columns)
+
+    @one_panel
+    def plot(
+        self, path: str | Path | None = None, *, ax: Any = None, y: str = "disorder_parameter",
+        x: str | None = None, by: str | Sequence[str] | None = None,
+        where: Mapping[str, Any] | None = None, **look: Any,
+    ) -> Axes:  # fmt: skip
+        """Draw an array along a quantity: the mean of the replicates, and a band of 10 to 90 %.
+
+        Parameters
+        ----------
+        y, x : str
+            Arrays of one number for each chain. If x is not given, it is the quantity of most
+            values.
+        by : str or sequence of str, optional
+            What has a curve for each of its values; if not given, the other quantities that differ.
+        where : dict, optional
+            Values of quantities, as {"noise": 1}: only such chains are drawn.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.results(ax, self, y, x, by, where, look)
+
+    @one_panel
+    def plot_section(
+        self, path: str | Path | None = None, *, ax: Any = None, x: str | None = None,
+        where: Mapping[str, Any] | None = None, bins: int | None = None, bar: bool = True,
+        **look: Any,
+    ) -> Axes:  # fmt: skip
+        """Draw the density of v_N at the section along a quantity: a bifurcation diagram.
+
+        Parameters
+        ----------
+        x : str, optional
+            The quantity; if not given, that of most values. At each of its values the density is
+            that of all crossings there, and has the integral 1.
+        where : dict, optional
+            Values of the other quantities, as {"noise": 1}: only such chains are drawn.
+        bins : int, optional
+            Of v_N; if not given 120 to 400, by how many crossings there are.
+        bar : bool
+            Whether to draw the scale of the colours, which is logarithmic.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.section(ax, self, x, where, bins, bar, look)
 
     @names.checked
     def joined(self, other: Results) -> Results:

@@ -24,9 +24,10 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe import sum_rule
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.packed import OF_STATE
-from beltrepro.simulation.tables import Tabled, blocks
+from beltrepro.simulation.tables import Tabled, blocks, one_panel
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _ARRAYS = ("time", "positions", "velocities", "friction", "events")
@@ -188,6 +189,46 @@ class Run(Tabled):
             from beltrepro.simulation import picture
         path = None if path is None else checks.path("path", path)
         return picture.put(lambda: picture.draw(self), path, f"{self!r}, beltrepro {self.version}")
+
+    @one_panel
+    def plot_length(
+        self, path: str | Path | None = None, *, ax: Any = None, window: Any = None, **look: Any
+    ) -> Axes:
+        """Draw x_N(t); of more samples than pixels the least and greatest x_N in each column.
+
+        Parameters
+        ----------
+        window : pair of float, optional
+            Begin and end of the time to show; all if not given.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.length(ax, self, window, look)
+
+    @one_panel
+    def plot_slips(self, path: str | Path | None = None, *, ax: Any = None, **look: Any) -> Axes:
+        """Draw who slips when: a row for each block, with a bar for each slip.
+
+        The last 200 time units are shown; `ax.set_xlim` moves the picture to others.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.slipping(ax, self, look)
+
+    @one_panel
+    def plot_phase(
+        self, path: str | Path | None = None, *, ax: Any = None, block: int = -1, **look: Any
+    ) -> Axes:
+        """Draw the phase portrait of a block after the transient: its velocity by its position.
+
+        Parameters
+        ----------
+        block : int
+            From 1; -1 for the last one.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.phase(ax, self, block, look)
 
     @names.checked
     def save(self, path: str | Path) -> None:

@@ -1,12 +1,14 @@
-"""Results as tables of pandas, in notebooks too."""
+"""Results as tables of pandas, in notebooks too, and as pictures of one panel."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
+from functools import wraps
 from html import escape
+from inspect import cleandoc, signature
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -16,6 +18,8 @@ from beltrepro.base.errors import needing
 
 if TYPE_CHECKING:
     import pandas as pd
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 _OF_CHAIN = ("n_blocks", "belt_velocity", "noise")
 _MOST_ROWS = 20  # in a notebook
@@ -46,6 +50,47 @@ def brief(result: Any) -> str:
     texts = {name: one for name, one in values.items() if isinstance(one, str | int | float)}
     texts |= {name: f"{one:.6g}" for name, one in values.items() if isinstance(one, float)}
     return ", ".join(f"{name}={text}" for name, text in texts.items())
+
+
+_HEAD = "\n\nParameters\n----------\n"
+_PLACE = """path : str or Path, optional
+    The file to write, .png, .pdf or .svg.
+ax : matplotlib.axes.Axes, optional
+    Where to draw. Without it and a path the picture is shown, if there is a display: in a window
+    until that is closed, or in a notebook.
+"""
+_REST = """**look : keywords
+    color, linewidth, label and the like, as matplotlib names them.
+
+Returns
+-------
+matplotlib.axes.Axes
+    The axes, new ones if none are given; no figure is left open.
+
+Raises
+------
+InputError
+    A value or the name of a keyword is not allowed, or matplotlib is not installed.
+"""
+
+
+def one_panel(method: F) -> F:
+    """Decorate a method that draws into `ax`: new ones if there are none, and into a file.
+
+    Its docstring has what it takes by itself, and gets what all such methods have in common.
+    """
+    own = [*signature(method).parameters][1:-1]
+
+    @wraps(method)
+    def plot(result: Any, path: Any = None, *, ax: Any = None, **how: Any) -> Any:
+        with needing("a picture"):
+            from beltrepro.simulation import picture
+        how = picture.keywords(method.__qualname__, how, own)
+        return picture.panel(lambda axes: method(result, ax=axes, **how), path, ax, repr(result))
+
+    head, _, words = cleandoc(method.__doc__ or "").partition(_HEAD)
+    plot.__doc__ = head + _HEAD + _PLACE + (f"{words}\n" if words else "") + _REST
+    return cast(F, plot)
 
 
 class Arrays(dict[str, np.ndarray]):

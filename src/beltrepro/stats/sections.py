@@ -67,6 +67,24 @@ def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
     return Spread(places, *np.reshape(numbers, (-1, 6)).T)
 
 
+def density_at(
+    abscissa: npt.ArrayLike, values: npt.ArrayLike, bins: npt.ArrayLike | int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places along an axis, edges of bins, and the density (B, places) of the values at each place.
+
+    values : (P, M), padded with NaN, a row at each `abscissa` (P,); bins : as of `np.histogram`.
+    """
+    places, index = np.unique(abscissa, return_inverse=True)
+    values = np.asarray(values, dtype=float)
+    is_number = np.isfinite(values)
+    column = np.broadcast_to(index[:, np.newaxis], values.shape)[is_number]
+    edges = np.histogram_bin_edges(values[is_number], bins)
+    columns = np.arange(places.size + 1) - 0.5
+    count, _, _ = np.histogram2d(values[is_number], column, (edges, columns))
+    total = np.maximum(count.sum(axis=0), 1)  # a place without values has no density
+    return places, edges, count / total / np.diff(edges)[:, np.newaxis]
+
+
 # --- velocities at the section -----------------------------------------------------------------
 
 

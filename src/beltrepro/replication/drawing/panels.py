@@ -7,11 +7,11 @@ import textwrap
 from contextlib import contextmanager
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
 from beltrepro.simulation import artists
+from beltrepro.simulation.artists import plain_log  # noqa: F401
 from beltrepro.stats import sections, spectra, states
 
 # What the axes of the paper show, in its symbols (model units).
@@ -139,13 +139,6 @@ def make_room(axes, *, above):
     axes.set_ylim(wider)
 
 
-def plain_log(axis):
-    """Label a logarithmic axis of one or two decades with plain numbers."""
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
 def zoom(axes, inner, time, values, window):
     """Draw a trace within `window` = (begin, end) in `inner`, and shade the window in `axes`."""
     axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0)
@@ -262,9 +255,6 @@ def band(axes, place, values, **look):
         artists.band(axes, place[measured], values[measured], **look)
 
 
-DENSITY = "density of $v_N$ at given $u$"
-
-
 def diagrams(figure, scan, places, *, bar=True):
     """Bifurcation diagrams: the density of v_N at the section at each u, in one scale of colours.
 
@@ -279,18 +269,17 @@ def diagrams(figure, scan, places, *, bar=True):
             note(axes, "no crossing of the section in this scan")
     if not maps:
         return
-    most = max(np.nanmax(density) for *_, density in maps)
     filled = np.any([np.nansum(density, axis=1) > 0 for *_, density in maps], axis=0)
-    lowest = edges[np.argmax(filled)]
-    scale = {"vmin": most / 10**artists.DECADES, "vmax": most}
+    colours = artists.colour_limits(*(density for *_, density in maps))
+    meshes = []
     for axes, velocities, density in maps:
-        mesh = artists.density(axes, artists.edges(velocities), edges, density, **scale)
-        axes.set_ylim(lowest, 0)
+        how = artists.edges(velocities), edges, density
+        meshes.append(artists.density(axes, *how, **colours))
+        axes.set_ylim(edges[np.argmax(filled)], 0)
     if bar:
-        look = {"pad": 0.02, "aspect": 40, "location": "bottom", "format": "%g", "extend": "min"}
-        bar = figure.colorbar(mesh, ax=[axes for axes, _ in places], **look)
-        bar.minorticks_off()
-        bar.set_label(DENSITY)
+        words = artists.label("density of $v_N$ at given $u$", "1/velocity")
+        look = {"aspect": 40, "location": "bottom", "format": "%g"}
+        artists.colour_bar(meshes, [axes for axes, _ in places], words, **look).minorticks_off()
 
 
 def section_name(row):

@@ -14,12 +14,19 @@ from matplotlib.figure import Figure
 
 from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
+from beltrepro.simulation.artists import (  # noqa: F401
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    shades,
+)
 
-# Okabe and Ito's palette: distinct for colour-blind readers. Its yellow is too pale for lines.
-BLACK, GREY = "#000000", "#7f7f7f"
-BLUE, VERMILION, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
-SKY, PURPLE = "#56b4e9", "#cc79a7"
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 MARKERS = "osD^vXP"
 DASHES = ("-", "--", "-.", ":")
 
@@ -47,11 +54,6 @@ def page(height, *, wide=False) -> Figure:
     figure = Figure(figsize=(WIDE if wide else WIDTH, height), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)
     return figure
-
-
-def shades(count) -> list[str]:
-    """Colours of an ordered quantity, dark to light: they keep their order in grey."""
-    return [to_hex(matplotlib.colormaps["viridis"](place)) for place in np.linspace(0, 0.9, count)]
 
 
 def colour_of_size(n_blocks) -> str:

@@ -20,6 +20,7 @@ INTEGRATORS = {
     "event": f"{PACKAGE}.engine.event_integrator",
     "verlet": f"{PACKAGE}.engine.verlet_integrator",
 }
+DRAWING = {f"{PACKAGE}.simulation.{name}" for name in ("artists", "picture", "plots")}
 WORDS = "words.yaml"  # captions: only the report prints them, others are told theirs as parameters
 _NO_DATA = (".md", ".py", ".pyc", ".nbi", ".nbc")  # pages, sources, caches of Python and Numba
 
@@ -47,12 +48,15 @@ def code_hash(
 def _graph(methods: tuple[str, ...]) -> grimp.ImportGraph:
     """Who imports whom; for methods, as if simulations knew only their integrators.
 
-    What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is.
+    What follows tangents (`beltrepro.chaos`) imports the exact dynamics whatever the method is. No
+    job draws a result by its methods.
     """
     graph = grimp.build_graph(PACKAGE, cache_dir=None, exclude_type_checking_imports=True)
     simulation = {one for one in graph.modules if one.startswith(f"{PACKAGE}.simulation")}
     others = {module for name, module in INTEGRATORS.items() if name not in methods}
-    for importer, imported in product(simulation, others) if methods else ():
+    cut = product(simulation, others) if methods else ()
+    library = {one for one in graph.modules if not one.startswith(f"{PACKAGE}.replication")}
+    for importer, imported in (*cut, *product(library - DRAWING, DRAWING)):
         if graph.direct_import_exists(importer=importer, imported=imported):
             graph.remove_import(importer=importer, imported=imported)
     return graph

@@ -1,0 +1,146 @@
+"""What pictures are made of: envelopes, bands and densities, drawn into given axes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from beltrepro.base.names import SYMBOLS
+from beltrepro.model.units import UNIT_OF
+from beltrepro.stats import sections
+
+# Okabe and Ito's palette: distinct for colour-blind readers. Its yellow is too pale for lines.
+BLACK, GREY = "#000000", "#7f7f7f"
+BLUE, VERMILION, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
+SKY, PURPLE = "#56b4e9", "#cc79a7"
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+DECADES = 3  # range of the colours of a density below the largest one, at most
+RASTER_FROM = 5000  # more points than this are an image in a PDF
+_FEW = 30  # places of a curve that have marks
+
+
+# --- words and colours ----------------------------------------------------------------------------
+
+_SYMBOLS = {name: symbol for symbol, name in SYMBOLS.items()}
+_SYMBOLS |= {"mean_length": r"\langle x_N \rangle", "largest_multiplier": r"|\mu|"}
+
+
+def symbol(name: str) -> str:
+    """A constant of a chain or an array of results, as the paper writes it or in words."""
+    if name not in _SYMBOLS:
+        return name.replace("_", " ")
+    text = re.sub("^(sigma|eta|Delta)_?", r"\\\1 ", _SYMBOLS[name]).strip()
+    return "$" + re.sub("_([A-Za-z0-9]+)", r"_{\1}", text) + "$"
+
+
+def label(words: str, unit: str = "1") -> str:
+    """Words at an axis, with the unit."""
+    each = f"1 / model {unit[2:]}" if unit.startswith("1/") else f"model {unit}"
+    return words if unit == "1" else f"{words} ({each})"
+
+
+TIME = label("$t$", "time")
+
+
+def label_of(name: str) -> str:
+    """The label of a constant of a chain, or of an array of results."""
+    return label(symbol(name), UNIT_OF.get(name, "1"))
+
+
+def valued(name: str, value: Any) -> str:
+    """A quantity with its value, as a legend has it."""
+    return f"{symbol(name)} = {value if isinstance(value, str) else format(value, 'g')}"
+
+
+def shades(count: int) -> list[str]:
+    """Colours of an ordered quantity, dark to light: they keep their order in grey."""
+    return [to_hex(colormaps["viridis"](place)) for place in np.linspace(0, 0.8, count)]
+
+
+def plain_log(axis: Any) -> None:
+    """Label a logarithmic axis of one or two decades with plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+# --- curves ---------------------------------------------------------------------------------------
+
+
+def envelope(axes: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> Any:
+    """A curve; of more points than the axes have pixels the least and greatest y in each column."""
+    look = {"color": BLUE, "linewidth": 0.7} | look
+    columns = max(1, int(axes.bbox.width))
+    if x.size <= columns:
+        return axes.plot(x, y, **look)[0]
+    known = np.isfinite(x)  # what lies between parts of a curve has none
+    edges = np.linspace(x[known][0], x[known][-1], columns + 1)
+    column = np.clip(np.searchsorted(edges, x[known], side="right") - 1, 0, columns - 1)
+    ends = np.full((2, columns), np.nan)
+    for extreme, end in zip((np.fmin, np.fmax), ends, strict=True):
+        extreme.at(end, column, y[known])
+    colour = look.pop("color")
+    face = {"facecolor": (colour, 0.35), "edgecolor": colour}
+    return axes.fill_between((edges[1:] + edges[:-1]) / 2, *ends, **face, **look)
+
+
+def band(axes: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> Any:
+    """The mean of the y at each x, over a band of 10 to 90 % of them."""
+    spread = sections.spread(x, y)
+    mark = {"marker": "o", "markersize": 2.5} if spread.place.size <= _FEW else {}
+    (line,) = axes.plot(spread.place, spread.mean, **{"linewidth": 1.0} | mark | look)
+    if np.any(spread.high > spread.low):
+        ends = spread.tenth, spread.ninetieth
+        shade = {"color": line.get_color(), "alpha": 0.2, "linewidth": 0}
+        axes.fill_between(spread.place, *ends, zorder=line.get_zorder() - 0.5, **shade)
+    return line
+
+
+# --- densities ------------------------------------------------------------------------------------
+
+
+def colour_limits(*densities: np.ndarray) -> dict[str, float]:
+    """The colours of all positive values of some densities, of the largest three decades."""
+    values = np.concatenate([one[one > 0] for one in densities])
+    most = float(values.max())
+    return {"vmin": max(float(values.min()), most / 10**DECADES), "vmax": most}
+
+
+def density(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, **look: Any) -> Any:
+    """Densities (Y, X) between edges x (X + 1,) and y (Y + 1,), in logarithmic colours."""
+    look = {"cmap": "magma_r", "norm": "log", "rasterized": True} | colour_limits(values) | look
+    return axes.pcolormesh(x, y, np.where(values > 0, values, np.nan), **look)
+
+
+def colour_bar(meshes: Sequence[Any], axes: Any, words: str, **look: Any) -> Any:
+    """One scale for some densities of equal colours, beside these axes."""
+    least = min(mesh.get_array().min() for mesh in meshes)
+    extend = "min" if least < meshes[0].norm.vmin else "neither"
+    look = {"extend": extend, "pad": 0.02, "aspect": 30} | look
+    return meshes[0].figure.colorbar(meshes[0], ax=axes, label=words, **look)
+
+
+def edges(places: np.ndarray) -> np.ndarray:
+    """Edges (P + 1,) of the columns of a density at some places: in the middle between them."""
+    if places.size == 1:
+        return places + np.array([-0.5, 0.5])
+    steps = np.diff(places, prepend=2 * places[0] - places[1], append=2 * places[-1] - places[-2])
+    return np.append(places - steps[:-1] / 2, places[-1] + steps[-1] / 2)
+
+
+def size_density(axes: Axes, values: np.ndarray, bins_per_decade: int, **look: Any) -> Any:
+    """Probability density of positive values, in bins of equal width in the logarithm."""
+    ends = np.log10([values.min(), values.max()]) * bins_per_decade
+    low, high = np.floor(ends[0] - 1e-9), np.ceil(ends[1] + 1e-9)
+    sides = 10 ** (np.arange(low, high + 1) / bins_per_decade)
+    share, _ = np.histogram(values, sides, density=True)
+    filled = share > 0
+    look = {"marker": "o", "markersize": 3, "linestyle": "none", "color": BLUE} | look
+    return axes.loglog(np.sqrt(sides[1:] * sides[:-1])[filled], share[filled], **look)[0]

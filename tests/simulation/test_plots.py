@@ -1,0 +1,244 @@
+"""Pictures of one panel: what their artists hold, from results that are made up."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import drawn
+from beltrepro import (
+    Catalogue,
+    ChainParameters,
+    Grid,
+    LyapunovSpectrum,
+    OrbitBranch,
+    Results,
+    Setup,
+)
+from beltrepro.base.errors import InputError
+from beltrepro.chaos.continuation import SpecialPoint
+from beltrepro.simulation import artists
+from beltrepro.simulation.setup import columns
+
+RANDOM = np.random.default_rng(1)
+U, NOISES, RUNS = np.array([5.0, 6.0, 8.0]), [0.0, 1.0], 16
+
+
+@pytest.fixture
+def axes():
+    return Figure(figsize=(4, 3), dpi=100).subplots()
+
+
+def made_up(**arrays):
+    """A scan of 16 runs at three velocities and two noises."""
+    table = columns(Setup(Grid(5, U, NOISES, replicates=RUNS), initial_spread=1.0))
+    return Results(table | arrays, {})
+
+
+@pytest.fixture(scope="module")
+def results():
+    size = U.size * len(NOISES) * RUNS
+    velocity = -RANDOM.exponential(20.0, (size, 50))
+    velocity[:, 40:] = np.nan
+    disorder = RANDOM.random(size)
+    disorder[3] = np.nan
+    return made_up(
+        disorder_parameter=disorder, mean_length=300 + disorder, section_velocity=velocity
+    )
+
+
+# --- envelopes, bands, densities ------------------------------------------------------------------
+
+
+def test_an_envelope_has_the_least_and_greatest_value_of_each_pixel(axes):
+    x = np.sort(RANDOM.uniform(10.0, 20.0, 40_000))
+    y = np.sin(x) + RANDOM.standard_normal(x.size)
+    place, low, high = drawn.corners(artists.envelope(axes, x, y))
+    pixels = int(axes.bbox.width)
+    assert place.size == pixels < 400
+    edges = np.linspace(x[0], x[-1], pixels + 1)
+    np.testing.assert_allclose(place, (edges[1:] + edges[:-1]) / 2)
+    for column in (0, 7, pixels - 1):
+        inside = y[(x >= edges[column]) & (x <= edges[column + 1])]
+        assert (low[column], high[column]) == (inside.min(), inside.max())
+    # all is there if there is room, and nothing where nothing is known
+    assert np.array_equal(artists.envelope(axes, x[::200], y[::200]).get_ydata(), y[::200])
+    y[(x > 14) & (x < 16)] = np.nan
+    place, *_ = drawn.corners(artists.envelope(axes, x, y))
+    assert 1.9 < np.diff(place).max() < 2.1
+
+
+def test_a_band_is_ten_to_ninety_percent_about_the_mean(axes):
+    values = RANDOM.standard_normal((3, 40))
+    values[1, 5] = np.nan
+    line = artists.band(axes, np.repeat(U, 40), values.ravel(), color="red")
+    (shade,) = axes.collections
+    np.testing.assert_allclose(line.get_xydata(), np.transpose([U, np.nanmean(values, axis=1)]))
+    ends = np.nanquantile(values, [0.1, 0.9], axis=1)
+    np.testing.assert_allclose(drawn.corners(shade), [U, *ends])
+    artists.band(axes, U, values[:, 0])
+    assert len(axes.collections) == 1  # one run has no band
+
+
+def test_a_density_has_one_scale_and_integrates_to_one(results, axes):
+    ax = results.plot_section(ax=axes, where={"noise": 1}, bins=70)
+    (mesh,) = ax.collections
+    corner, share = np.asarray(mesh.get_coordinates()), np.ma.filled(mesh.get_array(), 0.0)
+    heights = np.diff(corner[:, 0, 1])
+    np.testing.assert_allclose(heights @ share, 1.0)
+    assert corner[0, :, 0].tolist() == [4.5, 5.5, 7.0, 9.0]
+    here = results["section_velocity"][(results["noise"] == 1) & (results["belt_velocity"] == 6)]
+    count, _ = np.histogram(here[np.isfinite(here)], corner[:, 0, 1])
+    np.testing.assert_allclose(share[:, 1], count / count.sum() / heights)
+    assert mesh.norm.vmax == share.max()
+    assert mesh.norm.vmin == max(share[share > 0].min(), share.max() / 1000)
+    assert mesh.colorbar.ax.get_ylabel() == "density (1 / model velocity)"
+    assert ax.get_xlabel() == "$u$ (model velocity)"
+    alone = results.plot_section(where={"noise": 0}, bar=False, vmax=1.0)
+    assert alone.figure.axes == [alone] and alone.collections[0].norm.vmax == 1.0
+
+
+def test_sizes_are_a_density_by_the_logarithm(axes):
+    slips = np.zeros(5000, [("point", "i4"), ("start_position", "f8"), ("stop_position", "f8"),
+                            ("start_time", "f8"), ("stop_time", "f8")])  # fmt: skip
+    slips["start_position"] = 10 ** RANDOM.normal(0.0, 1.0, 5000)
+    slips["start_time"], slips["stop_time"] = np.arange(5000.0), np.arange(5000.0) + 0.5
+    slips["point"][100:] = 1
+    slips["start_position"][-1] = -3.0  # a slip forward has no size
+    catalogue = Catalogue({"slips": slips, "avalanches": np.zeros(1, [("dissipated", "f8")])})
+    catalogue.plot(ax=axes, kind="slips", size="displacement", bins_per_decade=5)
+    (line,) = axes.lines
+    place, density = line.get_data()
+    half = 10**0.1
+    assert np.sum(density * place * (half - 1 / half)) == pytest.approx(1)
+    inside = (slips["start_position"] >= place[9] / half) & (
+        slips["start_position"] < place[9] * half
+    )
+    assert density[9] * place[9] * (half - 1 / half) == pytest.approx(inside.sum() / 4999)
+    assert axes.get_xlabel() == "displacement in a slip (model length)"
+    axes.clear()
+    catalogue.plot_slips(ax=axes)
+    time, place = (values.reshape(100, 3) for values in axes.lines[0].get_data())
+    for ends, what in ((time, "time"), (place, "position")):
+        assert np.array_equal(ends[:, 0], slips[f"start_{what}"][:100])
+        assert np.array_equal(ends[:, 1], slips[f"stop_{what}"][:100])
+        assert np.isnan(ends[:, 2]).all()
+    for call, words in (
+        (catalogue.plot, "avalanches: none has a dissipated above 0"),
+        (lambda: catalogue.plot_slips(point=7), "point = 7"),
+        (lambda: catalogue.plot(kind="slip"), "did you mean 'slips'"),
+        (lambda: catalogue.plot(size="disipated"), "did you mean 'dissipated'"),
+    ):
+        with pytest.raises(InputError, match=words):
+            call()
+
+
+# --- curves of several chains ---------------------------------------------------------------------
+
+
+def test_a_curve_for_each_value_of_what_differs(results):
+    ax = results.plot()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$u$ (model velocity)", "$r$")
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        r"$\sigma$ = 0", r"$\sigma$ = 1"]  # fmt: skip
+    for noise, line in zip(NOISES, ax.lines, strict=True):
+        runs = results["disorder_parameter"][results["noise"] == noise].reshape(-1, RUNS)
+        runs = (
+            runs if noise else results["disorder_parameter"][results["noise"] == 0].reshape(3, -1)
+        )
+        np.testing.assert_allclose(line.get_ydata(), np.nanmean(runs, axis=1))
+    one = results.plot(where={"noise": 1.0}, y="mean_length", color="red", label="here")
+    assert one.get_legend() is None and one.lines[0].get_color() == "red"
+    assert one.get_ylabel() == r"$\langle x_{N} \rangle$ (model length)"
+    assert one.get_legend_handles_labels()[1] == ["here"]
+    pooled = results.plot(by=())
+    assert len(pooled.lines) == 1
+    across = results.plot(x="noise", by="belt_velocity")
+    assert across.get_xlabel() == r"$\sigma$ (model force)" and len(across.lines) == 3
+    assert len({line.get_color() for line in across.lines}) == 3
+
+
+@pytest.mark.parametrize(
+    ("method", "given", "words"),
+    [
+        ("plot", {"y": "disorder"}, "y = 'disorder': .* did you mean 'disorder_parameter'"),
+        ("plot", {"y": "method"}, "y = 'method': allowed are"),
+        ("plot", {"x": "u"}, "did you mean 'belt_velocity'"),
+        ("plot", {"by": ["noises"]}, "by = 'noises': .* did you mean 'noise'"),
+        ("plot", {"where": {"noise": 3}}, "no chain has noise = 3"),
+        ("plot", {"where": {"noize": 1}}, "did you mean 'noise'"),
+        ("plot", {"where": "noise"}, "where = 'noise'"),
+        ("plot", {"colour": "red"}, "no argument 'colour'; did you mean 'color'"),
+        ("plot", {"whre": {}}, "Results.plot has no argument 'whre'; did you mean 'where'"),
+        ("plot", {"ax": [1, 2]}, r"ax = \[1, 2\]: one Axes"),
+        ("plot_section", {}, "noise has several values, a density is of one: where={'noise': 0}"),
+        ("plot_section", {"where": {"noise": 0}, "bins": 0}, "bins"),
+    ],
+)
+def test_a_wrong_name_is_one_line(results, method, given, words):
+    with pytest.raises(InputError, match=words) as caught:
+        getattr(results, method)(**given)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) <= 400
+
+
+def test_without_a_section_there_is_no_diagram(results):
+    with pytest.raises(InputError, match="no section_velocity"):
+        made_up().plot_section()
+    nothing = made_up(section_velocity=np.full_like(results["section_velocity"], np.nan))
+    with pytest.raises(InputError, match="no chain crosses"):
+        nothing.plot_section(where={"noise": 0})
+
+
+# --- exponents and branches -----------------------------------------------------------------------
+
+
+def test_exponents_that_sticks_erase_are_at_the_foot(axes):
+    values, errors = np.array([0.02, 0.0, -0.3, -np.inf]), np.array([0.003, 1e-4, 0.01, 0.0])
+    none = np.zeros((1, 1))
+    spectrum = LyapunovSpectrum(ChainParameters(2, 5.0), values, errors, none, none, 20.0, none[0])
+    spectrum.plot(ax=axes)
+    (bars,) = axes.containers
+    assert np.array_equal(bars.lines[0].get_xydata(), np.transpose([[1, 2, 3], values[:3]]))
+    ends = np.array(bars.lines[2][0].get_segments())[:, :, 1]
+    np.testing.assert_allclose(ends, np.transpose([values - errors, values + errors])[:3])
+    foot = axes.lines[-1]
+    assert foot.get_xydata().tolist() == [[4.0, 0.0]]
+    assert foot.get_transform() == axes.get_xaxis_transform()
+    assert axes.get_ylabel() == r"$\lambda$ (1 / model time)"
+
+
+def test_a_branch_is_dashed_where_it_does_not_attract(axes):
+    orbits = [
+        SimpleNamespace(
+            parameters=ChainParameters(2, u), disorder_parameter=0.1 * u, mean_length=100.0,
+            period_time=9.0, period_events=4, largest_multiplier=0.4 * u,
+        )
+        for u in (1.0, 2.0, 3.0)
+    ]  # fmt: skip
+    ends = [SpecialPoint(u, kind, 0, kind) for u, kind in ((1.0, "grazing"), (3.0, "edge"))]
+    OrbitBranch("belt_velocity", tuple(orbits), "1- 1|", *ends, ()).plot(ax=axes)
+    full, dashed, *marks = axes.lines
+    assert (full.get_linestyle(), dashed.get_linestyle()) == ("-", "--")
+    np.testing.assert_allclose(full.get_ydata(), [0.1, 0.2, np.nan])
+    np.testing.assert_allclose(dashed.get_ydata(), [np.nan, np.nan, 0.3])
+    assert [mark.get_xdata()[0] for mark in marks] == [1.0, 3.0]
+    assert [text.get_text() for text in axes.texts] == ["grazing", "edge"]
+
+
+# --- words ----------------------------------------------------------------------------------------
+
+
+def test_symbols_are_those_of_the_paper_and_units_those_of_the_model():
+    labels = {
+        "n_blocks": "$N$", "static_friction": "$F_{st0}$ (model force)",
+        "linear_limit": r"$\Delta l_{max}$ (model length)",
+        "viscosity": r"$\eta$ (model viscosity)",
+        "laminar_fraction": "laminar fraction",
+        "largest_exponent": "largest exponent (1 / model time)",
+    }  # fmt: skip
+    assert {name: artists.label_of(name) for name in labels} == labels
+
+
+def test_a_short_name_of_a_property_is_known(results):
+    assert results.plot(lw=3.0).lines[0].get_linewidth() == 3.0
