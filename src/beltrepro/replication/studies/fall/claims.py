@@ -7,7 +7,7 @@ from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.studies.fall.measure import SMALL, is_small
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import Estimate, bootstrap, difference, share_of, sure
+from beltrepro.stats.estimates import Estimate, absent, bootstrap, difference, share_of, sure
 
 FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
 ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
@@ -70,6 +70,7 @@ def chaos_ends(evidence):
         shares[f"settled, {words}"] = measure.share_over(velocity[here], settled)
         further[f"median lifetime, {words}"] = bootstrap(np.median, [arrays["lifetime"][here]])
         slips = arrays["period_events"][here][settled]
+        further[f"median slips, {words}"] = further[f"most slips, {words}"] = absent()
         if slips.size:
             further[f"median slips, {words}"] = bootstrap(np.median, [slips])
             further[f"most slips, {words}"] = sure(slips.max())
