@@ -270,8 +270,8 @@ def test_a_path_that_is_no_text_is_one_line(tmp_path):
 @pytest.mark.thorough
 def test_a_failed_job_is_one_line_and_once_more_at_the_end(tree):
     """A dataset is a folder, which no job can read."""
-    (tree / "results/failing/datasets/u20.h5/in").mkdir(parents=True)
-    done = snakemake(tree, "--cores", "1", "fig11", settings=["preset=smoke", "run=failing"])
+    (tree / "results/failing/datasets/u1.h5/in").mkdir(parents=True)
+    done = snakemake(tree, "--cores", "1", "fig08", settings=["preset=smoke", "run=failing"])
     errors = [line for line in done.stderr.splitlines() if line.lower().startswith("error")]
     assert done.returncode == 1
     assert [line.partition(": ")[0] for line in errors] == ["error in rule draw", "error"]

@@ -35,4 +35,8 @@ def test_an_answer_of_the_cookbook_runs(question, tmp_path, monkeypatch, capsys)
         drawn = [axes for number in plt.get_fignums() for axes in plt.figure(number).axes]
     finally:
         plt.close("all")
-    assert any(axes.has_data() for axes in drawn) or capsys.readouterr().out or list(tmp_path.iterdir())
+    assert (
+        any(axes.has_data() for axes in drawn)
+        or capsys.readouterr().out
+        or list(tmp_path.iterdir())
+    )

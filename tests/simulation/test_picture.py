@@ -77,6 +77,8 @@ def test_one_panel_shows_the_samples_and_slips_of_a_run(run):
         column = block - 1 if block > 0 else -1
         assert np.array_equal(line.get_xdata(), run.positions[late, column])
         assert np.array_equal(line.get_ydata(), run.velocities[late, column])
+    (line,) = run.plot_phase(window=(200, 210)).lines
+    assert np.array_equal(line.get_xdata(), length[inside])
     slips = run.plot_slips(color="red")
     assert slips.get_xlim() == (200.0, 400.0)
     bars = [len(bars.get_paths()) for bars in slips.collections]

@@ -373,7 +373,7 @@ class Integrator:
         meet = f"blocks {place} and {place + 1} meet" if place else "block 1 reaches the support"
         raise ModelStateError(
             f"{chain.describe()}: {meet} at t = {self._reached(lane):g} "
-            "(a longer rest_length prevents it, and changes nothing else of the motion)"
+            "(a longer rest_length prevents it: forces stay, and all lengths grow by as much)"
         )
 
     def _stop(self, lane: int, reason: str):

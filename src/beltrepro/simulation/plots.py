@@ -69,8 +69,8 @@ def section(
     x = differing[0] if x is None else x
     abscissa, velocity = _column(table, "x", x, "biuf")[chosen], table["section_velocity"][chosen]
     for name in differing:
-        if name != x and np.ptp(table[name][chosen]):
-            one = f"where={{{name!r}: {table[name][chosen][0]:g}}}"
+        if name != x and np.unique(table[name][chosen]).size > 1:
+            one = f"where={{{name!r}: {table[name][chosen][0].item()!r}}}"
             raise InputError(f"{name} has several values, a density is of one: {one}")
     if not np.isfinite(velocity).any():
         raise InputError("section_velocity: no chain crosses its section")
@@ -109,8 +109,12 @@ def _chosen(table: Any, where: Mapping[str, Any] | None) -> np.ndarray:
 
 
 def _differing(table: Any, chosen: np.ndarray) -> list[str]:
-    """Quantities of one number that differ among some chains, that of most values first."""
-    columns = {name: table[name][chosen] for name in QUANTITIES if table[name].ndim == 1}
+    """Quantities of one number that differ among some chains, that of most values first.
+
+    The way of a sweep is one: a motion met on the way up is no replicate of one on the way down.
+    """
+    names_of_chains = [name for name in (*QUANTITIES, "way") if name in table]
+    columns = {name: table[name][chosen] for name in names_of_chains if table[name].ndim == 1}
     many = {name: np.unique(column).size for name, column in columns.items()}
     differing = sorted(many, key=lambda name: -many[name])
     return [name for name in differing if many[name] > 1] or ["belt_velocity"]
@@ -160,11 +164,7 @@ def slips(ax: Axes, catalogue: Any, point: int, look: Look) -> Axes:
 
 def length(ax: Axes, run: Any, window: Sequence[float] | None, look: Look) -> Axes:
     """x_N(t)."""
-    ends = [run.initial_state.time, run.final_state.time] if window is None else window
-    ends = checks.series("window", ends).tolist()
-    if len(ends) != 2 or not ends[0] < ends[1]:
-        raise InputError(f"window = {shown(window)}: a begin and a later end are needed")
-    inside = _sampled(run, *ends)
+    ends, inside = _within(run, window, run.initial_state.time)
     artists.envelope(ax, run.time[inside], run.positions[inside, -1], **look)
     ax.set(xlim=ends, xlabel=TIME, ylabel=label("$x_N$", "length"))
     ax.locator_params(axis="x", nbins=5)  # wide numbers
@@ -178,13 +178,13 @@ def slipping(ax: Axes, run: Any, look: Look) -> Axes:
     return ax
 
 
-def phase(ax: Axes, run: Any, block: int, look: Look) -> Axes:
-    """The velocity of a block by its position, after the transient."""
+def phase(ax: Axes, run: Any, block: int, window: Sequence[float] | None, look: Look) -> Axes:
+    """The velocity of a block by its position."""
     n_blocks = run.parameters.n_blocks
     number = n_blocks if block == -1 else checks.whole_number("block", block)
     if not 1 <= number <= n_blocks:
         raise InputError(f"block = {number}: allowed are 1 to {n_blocks}, and -1 for the last")
-    inside = _sampled(run, run.initial_state.time + run.transient, run.final_state.time)
+    _, inside = _within(run, window, run.initial_state.time + run.transient)
     look = {"rasterized": np.count_nonzero(inside) > artists.RASTER_FROM} | look
     place, velocity = (moving[inside, number - 1] for moving in (run.positions, run.velocities))
     ax.plot(place, velocity, **{"color": BLUE, "linewidth": 0.6} | look)
@@ -194,12 +194,18 @@ def phase(ax: Axes, run: Any, block: int, look: Look) -> Axes:
     return ax
 
 
-def _sampled(run: Any, begin: float, end: float) -> np.ndarray:
-    """Which samples of a run lie in a time."""
-    inside = (run.time >= begin) & (run.time <= end)
+def _within(
+    run: Any, window: Sequence[float] | None, begin: float
+) -> tuple[list[float], np.ndarray]:
+    """Begin and end of what is shown, from `begin` on if it is not told, and which samples are."""
+    ends = [begin, run.final_state.time] if window is None else window
+    ends = checks.series("window", ends).tolist()
+    if len(ends) != 2 or not ends[0] < ends[1]:
+        raise InputError(f"window = {shown(window)}: a begin and a later end are needed")
+    inside = (run.time >= ends[0]) & (run.time <= ends[1])
     if not inside.any():
-        raise InputError(f"this run has no samples from t = {begin:g} to {end:g}")
-    return inside
+        raise InputError(f"this run has no samples from t = {ends[0]:g} to {ends[1]:g}")
+    return ends, inside
 
 
 # --- exponents, branches and basins ---------------------------------------------------------------

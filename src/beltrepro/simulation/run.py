@@ -217,18 +217,21 @@ class Run(Tabled):
 
     @one_panel
     def plot_phase(
-        self, path: str | Path | None = None, *, ax: Any = None, block: int = -1, **look: Any
-    ) -> Axes:
-        """Draw the phase portrait of a block after the transient: its velocity by its position.
+        self, path: str | Path | None = None, *, ax: Any = None, block: int = -1,
+        window: Any = None, **look: Any,
+    ) -> Axes:  # fmt: skip
+        """Draw the phase portrait of a block: its velocity by its position.
 
         Parameters
         ----------
         block : int
             From 1; -1 for the last one.
+        window : pair of float, optional
+            Begin and end of the time to show; what follows the transient if not given.
         """
         from beltrepro.simulation import plots
 
-        return plots.phase(ax, self, block, look)
+        return plots.phase(ax, self, block, window, look)
 
     @names.checked
     def save(self, path: str | Path) -> None:

@@ -14,19 +14,9 @@ from matplotlib.figure import Figure
 
 from beltrepro.base import provenance, seal
 from beltrepro.base.atomic import replacing
-from beltrepro.simulation.artists import (  # noqa: F401
-    BLACK,
-    BLUE,
-    COLOURS,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    shades,
-)
+from beltrepro.simulation.artists import COLOURS, GREY, shades  # noqa: F401
 
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = COLOURS
 MARKERS = "osD^vXP"
 DASHES = ("-", "--", "-.", ":")
 

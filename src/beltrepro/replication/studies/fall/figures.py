@@ -129,6 +129,10 @@ def births(data):
     plane = table.pivot_table(
         index="belt_velocity", columns="friction_ratio", values="disorder_parameter"
     )
+    if plane.empty:
+        axes.set(xlabel="$f_s$", ylabel=panels.BELT_VELOCITY)
+        panels.note(axes, "no r in this scan")
+        return figure
     look = {"norm": LogNorm(*_R_SHOWN), "rasterized": True}
     colours = axes.pcolormesh(plane.columns, plane.index, plane, **look)
     bar = figure.colorbar(colours, ax=axes, label=panels.DISORDER, pad=0.02, extend="min")
