@@ -70,7 +70,9 @@ def section(
     abscissa, velocity = _column(table, "x", x, "biuf")[chosen], table["section_velocity"][chosen]
     for name in differing:
         if name != x and np.unique(table[name][chosen]).size > 1:
-            one = f"where={{{name!r}: {table[name][chosen][0].item()!r}}}"
+            value = table[name][chosen][0].item()
+            value = repr(value) if isinstance(value, str) else f"{value:g}"
+            one = f"where={{{name!r}: {value}}}"
             raise InputError(f"{name} has several values, a density is of one: {one}")
     if not np.isfinite(velocity).any():
         raise InputError("section_velocity: no chain crosses its section")
