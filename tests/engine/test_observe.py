@@ -12,7 +12,7 @@ from beltrepro import ChainParameters
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import potential_energy
-from beltrepro.observe.crossings import ReturnLog, SectionValues
+from beltrepro.observe.crossings import ReturnLog, SectionVelocities
 from beltrepro.observe.length import LengthHistory, LengthMoments
 from beltrepro.observe.slips import EventLog, MostStuck, SlipActivity, slips_and_avalanches
 from beltrepro.observe.sum_rule import ForwardSlip
@@ -221,7 +221,8 @@ def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
     for ends in ([whole], [0.3 * whole, 0.35 * whole, whole], np.linspace(1.0, whole, 50)):
         log, returns = EventLog(2, CHAIN.rest_positions), ReturnLog(2)
         forward, activity = ForwardSlip(states), SlipActivity(states, 60.0, 1.0)
-        sections = [SectionValues(np.array([10.0, 20.0]), room, 60.0) for room in (4, 30)]
+        u, edges = np.array([10.0, 20.0]), np.array([-1e9, 0.0, 15.0])
+        sections = [SectionVelocities(u, room, edges, 60.0) for room in (4, 30)]
         for chunk in cut_run(events, crossings, ends):
             for observer in (log, returns, forward, activity, *sections):
                 observer.observe(chunk)
@@ -238,6 +239,8 @@ def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
         for section, room in zip(sections, (4, 30), strict=True):
             assert section.count.tolist() == [0, len(crossed)] and len(crossed) > 4
             np.testing.assert_array_equal(section.values[1], velocities[:room].astype("f4"))
+            counts, _ = np.histogram(velocities[: len(crossed)], edges)
+            assert section.histogram.tolist() == [[0, 0], counts.tolist()]
         logged = log.events(1)
         np.testing.assert_array_equal(logged[:, 0], time)
         np.testing.assert_array_equal(logged[:, 4], events[:, 4] + 50.0 * (block + 1))

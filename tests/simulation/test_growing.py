@@ -56,7 +56,7 @@ def same(one: Results, other: Results) -> None:
 def test_a_chain_that_fails_leaves_the_others_their_bits(called, settings, workers):
     with pytest.raises(ModelStateError, match=r"u=150.* meet"):
         called(CHAINS, **settings)
-    says = r"^2 of 5 chains: blocks \d and \d meet \(first: N=5, u=150"
+    says = r"^2 of 5 chains have failed; the first is N=5, u=150.*: blocks \d and \d meet"
     with pytest.warns(UserWarning, match=says):
         results = called(CHAINS, on_error="nan", workers=workers, **settings)
     alone = called([CHAINS[index] for index in WELL], **settings)
@@ -70,7 +70,7 @@ def test_a_chain_that_fails_leaves_the_others_their_bits(called, settings, worke
 
 
 def test_a_catalogue_tells_which_chains_have_failed():
-    with pytest.warns(UserWarning, match=r"^2 of 5 chains: blocks"):
+    with pytest.warns(UserWarning, match=r"^2 of 5 chains have failed"):
         rows = catalogue(CHAINS, on_error="nan", **SHORT)
     alone = catalogue([CHAINS[index] for index in WELL], **SHORT)
     for name, array in alone.items():

@@ -7,57 +7,44 @@ from beltrepro.engine.records import EVENT_BLOCK, EVENT_SLIP, EVENT_TIME
 from beltrepro.engine.vector import kernel
 
 
-class SectionValues:
-    """Velocity of the last block at the first crossings, and the count of all."""
+class SectionVelocities:
+    """Velocity of the last block at the first crossings, the count of all, and that in each bin.
 
-    def __init__(self, belt_velocity: np.ndarray, n_values: int, start: float) -> None:
+    edges : array (B+1,)
+        Of the bins, rising, model velocity.
+    """
+
+    def __init__(
+        self, belt_velocity: np.ndarray, n_values: int, edges: np.ndarray, start: float
+    ) -> None:
         self._belt_velocity = belt_velocity
+        self._edges = edges
         self._start = start
         self.count = np.zeros(len(belt_velocity), dtype=np.int64)
         self.values = np.full((len(belt_velocity), n_values), np.nan, dtype=np.float32)
+        self.histogram = np.zeros((len(belt_velocity), len(edges) - 1), dtype=np.uint32)
 
     def observe(self, chunk: Chunk) -> None:
-        crossed = chunk.crossings, chunk.crossing_count
-        _add_crossings(*crossed, self._belt_velocity, self._start, self.count, self.values)
+        crossed = chunk.crossings, chunk.crossing_count, self._belt_velocity, self._start
+        _add_crossings(*crossed, self._edges, self.count, self.values, self.histogram)
 
 
 @kernel
-def _add_crossings(crossings, crossing_count, belt_velocity, start, count, values):
-    """Count the crossings since `start`, keep the velocities of those that find a place."""
-    last = crossings.shape[2] - 1
-    for lane in range(len(count)):
-        for row in range(crossing_count[lane]):
-            if crossings[lane, row, 0] >= start:
-                if count[lane] < values.shape[1]:
-                    values[lane, count[lane]] = crossings[lane, row, last] + belt_velocity[lane]
-                count[lane] += 1
-
-
-class SectionHistogram:
-    """How often the velocity of the last block, at the crossings, fell into each of B bins."""
-
-    def __init__(self, belt_velocity: np.ndarray, edges: np.ndarray, start: float) -> None:
-        self._belt_velocity = belt_velocity
-        self._edges = edges  # (B+1,), rising
-        self._start = start
-        self.count = np.zeros((len(belt_velocity), len(edges) - 1), dtype=np.uint32)
-
-    def observe(self, chunk: Chunk) -> None:
-        crossed = chunk.crossings, chunk.crossing_count
-        _sort_crossings(*crossed, self._belt_velocity, self._start, self._edges, self.count)
-
-
-@kernel
-def _sort_crossings(crossings, crossing_count, belt_velocity, start, edges, count):
-    """Count the crossings since `start` by their velocity."""
+def _add_crossings(
+    crossings, crossing_count, belt_velocity, start, edges, count, values, histogram
+):
+    """Count the crossings since `start`, also by bin; keep the velocities that find a place."""
     last = crossings.shape[2] - 1
     for lane in range(len(count)):
         for row in range(crossing_count[lane]):
             if crossings[lane, row, 0] >= start:
                 velocity = crossings[lane, row, last] + belt_velocity[lane]
+                if count[lane] < values.shape[1]:
+                    values[lane, count[lane]] = velocity
+                count[lane] += 1
                 place = np.searchsorted(edges, velocity, side="right") - 1
-                if 0 <= place < count.shape[1]:
-                    count[lane, place] += 1
+                if 0 <= place < histogram.shape[1]:
+                    histogram[lane, place] += 1
 
 
 class ReturnLog:

@@ -42,8 +42,8 @@ def symbol(name: str) -> str:
 
 def label(words: str, unit: str = "1") -> str:
     """Words at an axis, with the unit."""
-    each = f"1 / model {unit[2:]}" if unit.startswith("1/") else f"model {unit}"
-    return words if unit == "1" else f"{words} ({each})"
+    of_model = f"1 / model {unit[2:]}" if unit.startswith("1/") else f"model {unit}"
+    return words if unit == "1" else f"{words} ({of_model})"
 
 
 TIME = label("$t$", "time")
@@ -80,12 +80,12 @@ def envelope(axes: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> Any:
     columns = max(1, int(axes.bbox.width))
     if x.size <= columns:
         return axes.plot(x, y, **look)[0]
-    known = np.isfinite(x)  # what lies between parts of a curve has none
-    edges = np.linspace(x[known][0], x[known][-1], columns + 1)
-    column = np.clip(np.searchsorted(edges, x[known], side="right") - 1, 0, columns - 1)
+    finite = np.isfinite(x)  # what lies between parts of a curve has none
+    edges = np.linspace(x[finite][0], x[finite][-1], columns + 1)
+    column = np.clip(np.searchsorted(edges, x[finite], side="right") - 1, 0, columns - 1)
     ends = np.full((2, columns), np.nan)
     for extreme, end in zip((np.fmin, np.fmax), ends, strict=True):
-        extreme.at(end, column, y[known])
+        extreme.at(end, column, y[finite])
     colour = look.pop("color")
     face = {"facecolor": (colour, 0.35), "edgecolor": colour}
     return axes.fill_between((edges[1:] + edges[:-1]) / 2, *ends, **face, **look)
@@ -133,14 +133,3 @@ def edges(places: np.ndarray) -> np.ndarray:
         return places + np.array([-0.5, 0.5])
     steps = np.diff(places, prepend=2 * places[0] - places[1], append=2 * places[-1] - places[-2])
     return np.append(places - steps[:-1] / 2, places[-1] + steps[-1] / 2)
-
-
-def size_density(axes: Axes, values: np.ndarray, bins_per_decade: int, **look: Any) -> Any:
-    """Probability density of positive values, in bins of equal width in the logarithm."""
-    ends = np.log10([values.min(), values.max()]) * bins_per_decade
-    low, high = np.floor(ends[0] - 1e-9), np.ceil(ends[1] + 1e-9)
-    sides = 10 ** (np.arange(low, high + 1) / bins_per_decade)
-    share, _ = np.histogram(values, sides, density=True)
-    filled = share > 0
-    look = {"marker": "o", "markersize": 3, "linestyle": "none", "color": BLUE} | look
-    return axes.loglog(np.sqrt(sides[1:] * sides[:-1])[filled], share[filled], **look)[0]

@@ -206,11 +206,11 @@ def catalogue(
         warn(first if len(missing) == 1 else f"{many} of {len(missing)} chains: {first}")
     tables = map(np.concatenate, parts)
     arrays = zip(("slips", "avalanches", "section"), tables, strict=True)
-    found = Catalogue(arrays, [case.parameters for case in made.cases])
+    whole = Catalogue(arrays, [case.parameters for case in made.cases])
     if on_error == "nan":
         fields = [("point", "i4"), ("error", np.array(lines).dtype)]
-        found["errors"] = np.array([row for row in enumerate(lines) if row[1]], fields)
-    return found
+        whole["errors"] = np.array([row for row in enumerate(lines) if row[1]], fields)
+    return whole
 
 
 def _recorded(

@@ -116,11 +116,11 @@ class _Store:
         workers: int | None,
     ) -> Results:
         """What is asked for; what the file lacks of it is computed and added."""
-        known, keep = self._rows(), partial(self._keep, work)
-        if len(known) < len(cases):
+        held, keep = self._rows(), partial(self._keep, work)
+        if len(held) < len(cases):
             atomic.begun(self._path).unlink(missing_ok=True)  # can it be? before hours
         try:
-            in_groups(cases, keep, progress, workers=workers, skipped=known)
+            in_groups(cases, keep, progress, workers=workers, skipped=held)
         finally:  # Ctrl-C too
             with self._lock:
                 if self._new:

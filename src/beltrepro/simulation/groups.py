@@ -123,9 +123,8 @@ def warn_of_failures(lines: Sequence[str], on_error: str) -> None:
     if failed and (on_error == "raise" or len(failed) == len(lines)):
         raise ModelStateError(failed[0])
     if failed:
-        chain, _, reason = failed[0].partition(": ")
-        what = reason.partition(" at t = ")[0]
-        warn(f"{len(failed)} of {len(lines)} chains: {what} (first: {chain})")
+        first = failed[0].partition(" at t = ")[0]
+        warn(f"{len(failed)} of {len(lines)} chains have failed; the first is {first}")
 
 
 def of_each(made: list[tuple[np.ndarray, list[T]]]) -> list[T]:

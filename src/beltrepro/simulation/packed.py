@@ -47,8 +47,8 @@ def unpacked(columns: Mapping[str, np.ndarray]) -> list[ChainState] | None:
                 values[name] = np.array(value if name == "stream" else value[..., :size])
         scheme, integrator = None, values.get("integrator")
         if integrator:
-            own = [name for name in values if name.startswith(f"{integrator}/")]
-            variables = {name.partition("/")[2]: values[name] for name in own}
+            of_scheme = [name for name in values if name.startswith(f"{integrator}/")]
+            variables = {name.partition("/")[2]: values[name] for name in of_scheme}
             scheme = Scheme(integrator, values["scheme_step"], variables)
         parts = {name: values[name] for name in OF_STATE}
         states.append(ChainState(chain(size, *law), **parts, scheme=scheme))

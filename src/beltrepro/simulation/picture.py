@@ -168,7 +168,8 @@ def draw_slips(axes: Axes, run: Any, since: float, **look: Any) -> None:
 def _draw_length(axes, run):
     many = run.time.size > RASTER_FROM
     axes.plot(run.time, run.positions[:, -1], color=BLUE, linewidth=0.5, rasterized=many)
-    title = _title(run.parameters)
+    more = f", then {len(run.changes)} other u" if run.changes else ""
+    title = _title(run.parameters) + more
     if np.isfinite(run.mean_length):
         axes.axhline(run.mean_length, **_MEAN)
         mean = rf"$\langle x_N \rangle$ = {run.mean_length:.4g}"

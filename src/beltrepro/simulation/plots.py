@@ -15,6 +15,7 @@ from beltrepro.simulation.artists import BLACK, BLUE, COLOURS, GREY, TIME, label
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.picture import draw_slips
 from beltrepro.stats import sections
+from beltrepro.stats.densities import density
 
 Look = dict[str, Any]
 
@@ -77,11 +78,11 @@ def section(
     if not np.isfinite(velocity).any():
         raise InputError("section_velocity: no chain crosses its section")
     if bins is None:  # in few bins are few crossings seen
-        each = np.isfinite(velocity).sum() / np.unique(abscissa).size
-        bins = int(np.clip(8 * np.sqrt(each), *_BINS))
+        per_column = np.isfinite(velocity).sum() / np.unique(abscissa).size
+        bins = int(np.clip(8 * np.sqrt(per_column), *_BINS))
     checks.positive("bins", bins := checks.whole_number("bins", bins))
-    places, sides, density = sections.density_at(abscissa, velocity, bins)
-    mesh = artists.density(ax, artists.edges(places), sides, density, **look)
+    places, sides, heights = sections.density_at(abscissa, velocity, bins)
+    mesh = artists.density(ax, artists.edges(places), sides, heights, **look)
     if bar:
         artists.colour_bar([mesh], ax, label("density", "1/velocity"))
     ax.set(xlabel=label_of(x), ylabel=label("$v_N$ at the section", "velocity"))
@@ -134,7 +135,10 @@ def sizes(ax: Axes, catalogue: Any, kind: str, size: str, bins: int, look: Look)
     checks.positive("bins_per_decade", bins := checks.whole_number("bins_per_decade", bins))
     if not np.any(values > 0):
         raise InputError(f"{kind}: none has a {size} above 0")
-    artists.size_density(ax, values[values > 0], bins, **look)
+    binned = density(values, bins)
+    filled = binned.count > 0
+    look = {"marker": "o", "markersize": 3, "linestyle": "none", "color": BLUE} | look
+    ax.loglog(binned.centre[filled], binned.density[filled], **look)
     whose = "an avalanche" if kind == "avalanches" else "a slip"
     ax.set_xlabel(label(f"{size.replace('_', ' ')} in {whose}", unit))
     ax.set_ylabel(label("density", "1" if unit == "1" else f"1/{unit}"))

@@ -243,8 +243,8 @@ def refuse_others(what: str, held: Results, new: Results) -> None:
     values: dict[str, list[list]] = {}
     for name in dict.fromkeys((*new.settings, *held.settings)):
         if name not in provenance.origin():
-            told = [np.array(result.settings.get(name, "none")) for result in (held, new)]
-            values[name] = [[one.tolist()] for one in told]  # a file has arrays for lists
+            pair = [np.array(result.settings.get(name, "none")) for result in (held, new)]
+            values[name] = [[value.tolist()] for value in pair]  # a file has arrays for lists
     values |= {name: [result[name].tolist() for result in (held, new)] for name in _MEANS}
     for name, pair in values.items():
         there, here = (dict.fromkeys(map(str, some)) for some in pair)
@@ -269,12 +269,12 @@ def some_of(results: Results, rows: list[int]) -> Results:
 
 def together(*parts: Results) -> Results:
     """Results of some chains, and below them those of others, without runs that are above."""
-    settings, known, tables = parts[0].settings, set(), []
+    settings, seen, tables = parts[0].settings, set(), []
     for part in parts:
         keys = keys_of(part)
-        fresh = some_of(part, [row for row, key in enumerate(keys) if key not in known])
+        fresh = some_of(part, [row for row, key in enumerate(keys) if key not in seen])
         tables.append(fresh | fresh.of_runs)
-        known.update(keys)
+        seen.update(keys)
     if any("code_version" in part.settings for part in parts):
         settings = settings | provenance.of_all(provenance.origin() | one.settings for one in parts)
     return Results(in_one_table(tables), settings)

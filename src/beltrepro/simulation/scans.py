@@ -15,7 +15,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import slow_unit
-from beltrepro.observe.crossings import SectionHistogram, SectionValues
+from beltrepro.observe.crossings import SectionVelocities
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
@@ -153,12 +153,11 @@ def _scanned(
     chains = integrator_of(group.cases, section=Section(n_blocks, levels))
     moments = LengthMoments(len(begin), start)
     belt_velocities = np.array([state.parameters.belt_velocity for state in begin])
-    section = SectionValues(belt_velocities, section_values, start)
     edges = np.array([0.0] if section_bins is None else section_bins)
-    histogram = SectionHistogram(belt_velocities, edges, start)
+    section = SectionVelocities(belt_velocities, section_values, edges, start)
     laminar_time = _laminar_time(laminar_time, group.chain)
     slips, forward = SlipActivity(begin, start, laminar_time), ForwardSlip(begin)
-    loading.observe(group, chains, moments, section, histogram, slips, forward)
+    loading.observe(group, chains, moments, section, slips, forward)
     end, more = chains.state(), max(0, SLIP_COLUMNS - n_blocks)
     return {
         **moments_of(moments, chains),
@@ -171,7 +170,7 @@ def _scanned(
         "slip_count": np.pad(slips.slip_count, ((0, 0), (0, more))),
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
-        **({} if section_bins is None else {"section_histogram": histogram.count}),
+        **({} if section_bins is None else {"section_histogram": section.histogram}),
         _LOADING: loading.noted[group.indices],
         **packed(end),
     }

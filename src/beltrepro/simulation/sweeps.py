@@ -76,28 +76,28 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
     """
     quantity, values = _swept({name: setup.pop(name) for name in _SWEPT if name in setup})
     check_progress(progress)
-    told: dict[str, Any] = {"duration": duration, "transient": transient}
-    told |= {"section_position": section_position, "section_values": section_values}
-    told |= {"laminar_time": laminar_time}
+    settings: dict[str, Any] = {"duration": duration, "transient": transient}
+    settings |= {"section_position": section_position, "section_values": section_values}
+    settings |= {"laminar_time": laminar_time}
     parts: list[Results] = []
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         made = setup_of(with_value(chains, quantity, values[0]), setup)
-        for value in values:  # a wrong one is told now
+        for value in values:  # a wrong one is refused now
             replace(made.cases[0].parameters, **{quantity: value})
         for step, value in enumerate(values):
             if parts:
                 made = _continued(made, quantity, value, parts[-1])
-            report = partial(_told, progress, step, len(values)) if progress else None
-            parts.append(scan(made, **told, progress=report))
+            report = partial(_reported, progress, step, len(values)) if progress else None
+            parts.append(scan(made, **settings, progress=report))
     if heard:
         many = f"{len(heard)} warnings on the way, the first: " if len(heard) > 1 else ""
         warn(f"{many}{heard[0].message}")
     steps = np.repeat(np.arange(len(values)), len(made.cases))
     tables = [part | part.of_runs for part in parts]
     table = {"step": steps, "way": _ways(values)[steps]} | in_one_table(tables)
-    settings = parts[0].settings | {"kind": "sweep", "quantity": quantity}
-    return Results(table, settings)
+    about = parts[0].settings | {"kind": "sweep", "quantity": quantity}
+    return Results(table, about)
 
 
 def _swept(given: dict[str, Any]) -> tuple[str, list]:
@@ -120,7 +120,7 @@ def _continued(made: Setup, quantity: str, value: Any, last: Results) -> Setup:
     return replace(made, chains=chains, **begin)
 
 
-def _told(progress: Report, step: int, steps: int, fraction: float) -> None:
+def _reported(progress: Report, step: int, steps: int, fraction: float) -> None:
     progress((step + fraction) / steps)
 
 
@@ -129,7 +129,7 @@ def _ways(values: Sequence) -> np.ndarray:
     changes = np.diff([np.mean(value) for value in values])
     turns = np.flatnonzero(changes)
     # the next change for a value that stays, the last one after all
-    known = np.append(changes[turns], changes[turns[-1:]]) if len(turns) else np.ones(1)
+    to_come = np.append(changes[turns], changes[turns[-1:]]) if len(turns) else np.ones(1)
     before = np.append(0, changes)
-    nexts = known[np.searchsorted(turns, np.arange(len(values)))]
+    nexts = to_come[np.searchsorted(turns, np.arange(len(values)))]
     return np.where(np.where(before == 0, nexts, before) > 0, "up", "down")

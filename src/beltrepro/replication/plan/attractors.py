@@ -108,9 +108,9 @@ def sweeps(
         time_step=[case.time_step for case in cases],
         initial_state=[case.state for case in cases],
     )
-    told: Any = {"duration": duration, "transient": transient, "section_values": 0}
-    told |= {"belt_velocity": [*values, *values[::-1]], "progress": progress}
-    swept = sweep(begun, **told)
+    settings: Any = {"duration": duration, "transient": transient, "section_values": 0}
+    settings |= {"belt_velocity": [*values, *values[::-1]], "progress": progress}
+    swept = sweep(begun, **settings)
     arrays = {}
     for name in ("disorder_parameter", "mean_length"):
         there, back = swept[name].reshape(2, *up.shape)

@@ -85,9 +85,9 @@ def fall_shares(data) -> pd.DataFrame:
     for place in np.unique(number):
         here = number == place
         for end, runs in where.items():
-            found = share_over(velocity[here], runs[here])
-            row = {"begin": place * RANGE, "end": end, "runs": found.runs}
-            rows.append(row | found.named("share", "low", "high"))
+            share = share_over(velocity[here], runs[here])
+            row = {"begin": place * RANGE, "end": end, "runs": share.runs}
+            rows.append(row | share.named("share", "low", "high"))
     return pd.DataFrame(rows)
 
 
@@ -160,8 +160,8 @@ def fall_onsets(data) -> pd.DataFrame:
         # without a stiffening of the springs r scales with what f_s leaves of the friction
         limit = SMALL * (1 - place["friction_ratio"]) / (1 - PAPER_RATIO)
         small = arrays["disorder_parameter"][runs] < limit
-        found = onset(arrays["belt_velocity"][runs], small)
-        rows.append(place | {"runs": found.runs} | found.named("onset", "low", "high"))
+        first = onset(arrays["belt_velocity"][runs], small)
+        rows.append(place | {"runs": first.runs} | first.named("onset", "low", "high"))
     return pd.DataFrame(rows)
 
 
