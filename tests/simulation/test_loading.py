@@ -51,6 +51,11 @@ def test_a_run_that_ends_while_it_loads_is_told_how_long_that_takes():
     assert 11_000 <= float(re.search(r"transient=(\S+)", line)[1]) <= 15_000
 
 
+def test_a_run_of_less_than_the_slow_unit_of_its_chain_is_told_too():
+    (line,) = lines(scan, ChainParameters(3, 1.0, mass=1e4), duration=90.0)  # 164 to the balance
+    assert "r = 0.133); transient=210 and" in line
+
+
 def test_very_slow_chains_get_advice_that_helps_or_hear_that_none_does():
     chain = ChainParameters(1, 1e-3)
     for transient, advice in ((0.0, r"transient=40000 and"), (4e4, r"a longer duration has more")):

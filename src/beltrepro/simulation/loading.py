@@ -17,6 +17,7 @@ from beltrepro.simulation.setup import Case, warn
 _MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
 _SURELY = 5  # loading times after which nobody looks any more
+_BINS = 10  # at least, however short a run is
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
 
 
@@ -32,7 +33,8 @@ class LoadingWatch:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
         cases, end = group.cases, group.start + self._duration
         begun = group.start + self._transient
-        history = LengthHistory(len(cases), begun, end, slow_unit(group.chain))
+        unit = slow_unit(group.chain)
+        history = LengthHistory(len(cases), begun, end, min(unit, (end - begun) / _BINS) or unit)
         loaded = all(
             _age(case) + self._transient >= _SURELY * _loading_time(case) and not self._brief(case)
             for case in cases
