@@ -72,8 +72,11 @@ class LoadingWatch:
         """A transient that leaves the loading of a run out, of two digits; 0 if it has loaded."""
         if self._brief(case) and self._transient >= _loading_time(case):
             return 0.0
-        seen = self._transient + length if math.isfinite(length) else 0.0
-        time = _AMPLE * (max(_loading_time(case) - _age(case), seen) or self._duration)
+        loading = _loading_time(case) - _age(case)
+        # viscous chains creep on where the belt has brought them
+        creeps = math.isinf(length) and self._transient < loading < self._duration
+        seen = self._duration if creeps else self._transient + length
+        time = _AMPLE * (max(loading, seen if math.isfinite(seen) else 0.0) or self._duration)
         if time > LONGEST:
             return math.inf
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
