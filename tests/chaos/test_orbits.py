@@ -6,6 +6,7 @@ arithmetic of exact.py then closed it. What follows it again needs neither.
 
 import dataclasses
 import json
+import math
 from functools import cache
 from pathlib import Path
 
@@ -160,6 +161,16 @@ def test_r_and_mean_length_are_those_of_a_run_of_whole_periods():
     assert motion["period_time"][0] == pytest.approx(two.period_time, abs=1e-9)
     for name in ("period_events", "period_returns"):
         assert motion[name][0] == getattr(two, name)
+
+
+def test_an_orbit_of_one_block_closes_where_its_spring_is_slack():
+    """After whole periods it is back where it began, up to rounding, with all coordinates zero."""
+    chain = ChainParameters(1, 3.0, friction_ratio=0.01, rest_length=300, linear_limit=math.inf)
+    drop, swing = 0.99 * 71.4, 2 * math.pi - 2 * math.atan2(0.99 * 71.4, 3.0)
+    period = 2 * drop / 3.0 + swing  # stuck, and slipping
+    orbit = periodic_orbit(chain, duration=210 * period, transient=10 * period)
+    assert orbit.period_time == pytest.approx(period, rel=1e-12)
+    assert abs(orbit.state.displacements[0]) < 1e-6 and orbit.residual < 1e-11
 
 
 def test_a_short_orbit_of_a_light_chain_has_the_r_of_a_long_one():

@@ -63,9 +63,36 @@ def test_a_step_too_long_for_stiff_springs_is_told_as_such():
     chain = ChainParameters(5, 40.0, **stiff)
     message = failure(chain, duration=100, method="verlet")
     assert "the time step is too long" in message and "time_step = 0.001" in message
-    # motion itself presses a short spring together: that its blocks meet is no fault of the step
+    # motion itself presses a short spring together: that its blocks meet is no fault of a fine step
     short = ChainParameters(5, 40.0, **stiff, rest_length=(50, 50, 50, 50, 0.01))
-    assert "blocks 4 and 5 meet at" in failure(short, duration=100, method="verlet")
+    fine = {"method": "verlet", "time_step": 1e-4}
+    assert "blocks 4 and 5 meet at" in failure(short, duration=100, **fine)
+
+
+@pytest.mark.parametrize("n_blocks", [1, 2])
+def test_springs_that_stiffen_too_fast_for_the_step_do_not_blame_the_rest_length(n_blocks):
+    chain = ChainParameters(n_blocks, 10.0, extension_rate=1e4)
+    message = failure(chain, duration=20, method="verlet")
+    assert "the time step is too long" in message and "rest_length" not in message
+    assert simulate(chain, duration=20.0).energy_residual == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("n_blocks", "law", "least"),
+    [(1, {"viscosity": 800.0}, "0.00075"), (1, {"mass": 2e-7}, "0.00089"),
+     (2, {"stiffness": 2e6}, "0.00082"), (3, {"mass": (1, 1, 1e-7)}, "0.00045")],
+)  # fmt: skip
+def test_a_step_at_which_the_scheme_is_unstable_is_refused(n_blocks, law, least):
+    """0.6 m / eta, and 2 over a bound of the largest frequency."""
+    chain = ChainParameters(n_blocks, 10.0, rest_length=1000.0, **law)
+    with pytest.raises(InputError, match=f"time_step = 0.001: .* needs one below {least}; or take"):
+        simulate(chain, duration=1.0, method="verlet")
+
+
+def test_a_viscous_chain_just_below_that_step_moves_as_the_exact_one_does():
+    chain, how = ChainParameters(2, 10.0, rest_length=1000.0, viscosity=550.0), {"duration": 300.0}
+    scheme, exact = (simulate(chain, method=method, **how) for method in METHODS)
+    assert scheme.positions == pytest.approx(exact.positions, abs=0.01)
 
 
 @pytest.mark.parametrize("method", METHODS)

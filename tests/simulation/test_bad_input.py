@@ -121,6 +121,16 @@ def test_each_wrong_argument_is_one_line_that_names_it(called, valid):
             line(caught.value, repr(name), "missing")
 
 
+@pytest.mark.parametrize("called", [beltrepro.simulate, beltrepro.scan])
+def test_a_run_in_which_no_time_passes_is_refused(called):
+    """Half a step of "verlet", and an instant that 1e12 does not tell apart."""
+    late = {"initial_state": ChainState.at_rest(CHAIN, time=1e12)}
+    for how in ({"method": "verlet", "duration": 4e-4}, late | {"duration": 1e-5}):
+        with pytest.raises(InputError) as caught:
+            called(CHAIN, **how)
+        line(caught.value, f"duration = {how['duration']:g}: too short for a step from t = ")
+
+
 def test_numbers_without_a_name_and_symbols_of_the_paper_are_understood():
     for name in ("simulate", "scan", "catalogue", "classify", "periodic_orbit"):
         with pytest.raises(InputError) as caught:

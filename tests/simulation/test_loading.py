@@ -51,6 +51,17 @@ def test_a_run_that_ends_while_it_loads_is_told_how_long_that_takes():
     assert 11_000 <= float(re.search(r"transient=(\S+)", line)[1]) <= 15_000
 
 
+def test_a_run_of_less_than_the_slow_unit_of_its_chain_is_told_too():
+    (line,) = lines(scan, ChainParameters(3, 1.0, mass=1e4), duration=90.0)  # 164 to the balance
+    assert "r = 0.133); transient=210 and" in line
+
+
+def test_a_viscous_chain_that_creeps_on_for_all_of_a_run_is_not_promised_an_early_end():
+    """The belt takes 163 to the balance, the creep up to it eta / k of the slowest mode, 252."""
+    (line,) = lines(scan, ChainParameters(3, 3.0, viscosity=50.0), duration=1500.0, transient=100.0)
+    assert "transient=1900 and a duration well beyond it" in line
+
+
 def test_very_slow_chains_get_advice_that_helps_or_hear_that_none_does():
     chain = ChainParameters(1, 1e-3)
     for transient, advice in ((0.0, r"transient=40000 and"), (4e4, r"a longer duration has more")):

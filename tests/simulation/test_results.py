@@ -168,7 +168,7 @@ def test_results_by_chain_and_from_a_file(returned, tmp_path):
     for name, meant in (("r", "disorder_parameter"), ("slip_counts", "slip_count")):
         with pytest.raises(KeyError, match=f"no array '{name}'; did you mean '{meant}'"):
             results[name]
-    for other in ("zzz", ["replicate"], slice(2), None):
+    for other in ("zzz", ["replicate"], slice(2), None, True):
         with pytest.raises(KeyError, match=r"no array .*: there are n_blocks, belt_velocity, "):
             results[other]
 

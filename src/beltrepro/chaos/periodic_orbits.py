@@ -70,7 +70,8 @@ class PeriodicOrbit(Tabled):
         Eigenvalues of the tangent map, largest modulus first: that of a shift of time is exactly 1,
         those of directions that a stick erases exactly 0.
     residual : float
-        Distance of the state after one period from the state, as a share of its largest coordinate.
+        Distance of the state after one period from the state, as a share of its largest coordinate,
+        or of the stretch of a spring under static friction where that is larger.
     disorder_parameter, mean_length : float
         r (Eq. 4) and <x_N> over the period.
     """
@@ -322,7 +323,9 @@ def _closed(
 ) -> tuple[ChainState, float, np.ndarray, float]:
     """A state of the orbit that closes after about a period, the period, tangent map, residual."""
     best, least, about = None, np.inf, period_time
-    size = float(np.abs(coordinates(start)).max())
+    chain = start.parameters  # a single block may be anywhere, where its spring is slack too
+    stretch = chain.by_block("static_friction") / chain.by_block("stiffness")
+    size = float(max(np.abs(coordinates(start)).max(), stretch.max()))
     for _ in range(_STEPS):
         end, matrix = _once_around(start, period_time, tolerance)
         if not (np.array_equal(end.directions, start.directions) and np.isfinite(matrix).all()):

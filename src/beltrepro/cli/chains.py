@@ -112,8 +112,7 @@ def classify(options: argparse.Namespace) -> None:
 
     It is equilibrium slip, periodic, quasi-periodic, chaotic, stable chaos or transient (with noise
     also noise-driven), by recurrence of its state and its Lyapunov exponents. Only event has this.
-    Several motions can coexist: with an initial spread another replicate or seed starts
-    elsewhere.
+    Several motions can coexist: with an initial spread each replicate but 0 starts elsewhere.
     """
     from beltrepro.simulation.setup import TOLERANCES  # loads numba
 

@@ -33,8 +33,6 @@ from beltrepro.model.spring import (
     acceleration,
     external_force,
     potential_energy,
-    spring_energy,
-    spring_extension,
 )
 
 GROUP_SIZE = 32  # chains advanced together, at most
@@ -42,7 +40,7 @@ CUT_TIME = 250.0  # chunks end at its multiples: a run that is cut there has the
 _CHUNK_SAMPLES = 4000  # about, at most
 _ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
 _UNSTABLE = "the time step is too long for springs so stiff: a shorter one is needed"
-_PLENTY = 100  # times the energy that static friction of all blocks stores in a spring
+_FROM_NOTHING = 0.5  # of the energy that a chain had and got: more than that only a scheme makes
 _LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
 _EVENTS, _CROSSINGS = 4096, 1024  # room for those of a chain in a chunk, to begin with
 
@@ -360,19 +358,16 @@ class Integrator:
         return np.diff(self.positions(), axis=1, prepend=0.0)
 
     def _stop_at_contact(self, lane: int):
-        chain = self.parameters[lane]
-        hold = float(chain.by_block("static_friction").sum())
-        with np.errstate(over="ignore"):  # springs may be as stiff as a wall
-            needed = spring_energy(-chain.by_block("rest_length"), chain).min()
-            stored = spring_energy(spring_extension(hold, chain), chain).sum()
-        moving = kinetic_energy(chain, np.full(chain.n_blocks, chain.belt_velocity))
-        # no motion brings so much energy together, so that only a scheme can have done it
-        if needed > _PLENTY * (stored + moving):
+        with np.errstate(over="ignore", invalid="ignore"):  # a scheme that is unstable overflows
+            missing, belt = (values[lane] for values in self.energy_balance())
+            initial = self._begun[lane].initial_energy
+            balanced = abs(missing) <= _FROM_NOTHING * (abs(belt) + initial)
+        if not balanced:
             self._stop(lane, _UNSTABLE)
         place = int(np.argmin(self._gaps()[lane]))
         meet = f"blocks {place} and {place + 1} meet" if place else "block 1 reaches the support"
         raise ModelStateError(
-            f"{chain.describe()}: {meet} at t = {self._reached(lane):g} "
+            f"{self.parameters[lane].describe()}: {meet} at t = {self._reached(lane):g} "
             "(a longer rest_length prevents it: forces stay, and all lengths grow by as much)"
         )
 

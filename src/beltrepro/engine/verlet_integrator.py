@@ -7,6 +7,7 @@ from beltrepro.engine.integrator import Integrator
 from beltrepro.engine.law import of_blocks
 from beltrepro.engine.simd import LANES
 from beltrepro.engine.vector import zeros
+from beltrepro.model import ChainParameters
 from beltrepro.model.friction import kinetic_friction
 
 # Largest (dt omega)^2 at which leaps reproduce the steps to below the rounding of a plain loop; and
@@ -15,6 +16,17 @@ from beltrepro.model.friction import kinetic_friction
 _LEAP_LIMIT = 1e-4
 _IMPACT_LIMIT = 2.5e-4
 _FREQUENCY = 4.0  # omega^2 of a long chain, over the slope of the tension of its springs
+
+
+def longest_step(chain: ChainParameters) -> float:
+    """Time step from which on the scheme is unstable where springs are linear and blocks slip."""
+    # with the largest frequency w and the damping g of a block, where w^2 dt^2 + g dt / 0.15 = 4;
+    # Gershgorin's theorem bounds w^2
+    springs, mass = chain.by_block("stiffness"), chain.by_block("mass")
+    squares = 2 * (springs + np.append(springs[1:], 0.0))
+    squares[0] -= springs[0]
+    damping = chain.viscosity / mass
+    return float((1.2 / (damping + np.sqrt(damping**2 + 0.36 * squares / mass))).min())
 
 
 class VerletIntegrator(Integrator):

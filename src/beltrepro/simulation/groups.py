@@ -187,6 +187,8 @@ def observe(integrator: Integrator, duration: float, observers: Sequence, report
         for observer in observers:
             observer.observe(chunk)
         report((chunk.end - start) / duration)
+    if not integrator.time > start:
+        raise InputError(f"duration = {duration:g}: too short for a step from t = {start:g} on")
 
 
 def moments_of(moments: LengthMoments, chains: Integrator) -> dict[str, np.ndarray]:

@@ -17,6 +17,7 @@ from beltrepro.simulation.setup import Case, warn
 _MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
 _SURELY = 5  # loading times after which nobody looks any more
+_BINS = 10  # at least, however short a run is
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
 
 
@@ -32,7 +33,8 @@ class LoadingWatch:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
         cases, end = group.cases, group.start + self._duration
         begun = group.start + self._transient
-        history = LengthHistory(len(cases), begun, end, slow_unit(group.chain))
+        unit = slow_unit(group.chain)
+        history = LengthHistory(len(cases), begun, end, min(unit, (end - begun) / _BINS) or unit)
         loaded = all(
             _age(case) + self._transient >= _SURELY * _loading_time(case) and not self._brief(case)
             for case in cases
@@ -71,8 +73,11 @@ class LoadingWatch:
         """A transient that leaves the loading of a run out, of two digits; 0 if it has loaded."""
         if self._brief(case) and self._transient >= _loading_time(case):
             return 0.0
-        seen = self._transient + length if math.isfinite(length) else 0.0
-        time = _AMPLE * (max(_loading_time(case) - _age(case), seen) or self._duration)
+        loading = _loading_time(case) - _age(case)
+        # viscous chains creep on where the belt has brought them
+        creeps = math.isinf(length) and self._transient < loading < self._duration
+        seen = self._duration if creeps else self._transient + length
+        time = _AMPLE * (max(loading, seen if math.isfinite(seen) else 0.0) or self._duration)
         if time > LONGEST:
             return math.inf
         step = 10.0 ** (math.floor(math.log10(time)) - 1)

@@ -63,7 +63,7 @@ class Results(Arrays):
 
     def __getitem__(self, name: Any) -> Any:
         """The array of this name, or by the number of a chain what was measured of it."""
-        if not isinstance(name, int | np.integer):
+        if isinstance(name, bool) or not isinstance(name, int | np.integer):
             return super().__getitem__(name) if isinstance(name, str) else self.__missing__(name)
         chains = len(self["replicate"])
         if not -chains <= name < chains:

@@ -22,7 +22,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState, states_at_rest
-from beltrepro.engine.verlet_integrator import VerletIntegrator
+from beltrepro.engine.verlet_integrator import VerletIntegrator, longest_step
 from beltrepro.model import ChainParameters, section_position
 from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LIMITS
@@ -374,13 +374,19 @@ def _rows(setup: Setup) -> list[dict[str, Any]]:
 
 def _check_means(row: dict[str, Any]) -> None:
     """That the method can advance the chain as asked."""
-    method, tolerance = row["method"], row["tolerance"]
+    method, tolerance, chain = row["method"], row["tolerance"], row["chain"]
     if tolerance is not None and method not in TOLERANCES:
         raise InputError(
             f"tolerance = {tolerance:g}: method {method!r} has none, only {', '.join(TOLERANCES)}"
         )
-    if method == "event" and (text := noise_beyond_event(row["chain"])):
+    if method == "event" and (text := noise_beyond_event(chain)):
         raise InputError(f"noise {text}")
+    # of the paper's law it is 1, longer than a step may be
+    if method == "verlet" and chain.varied and (most := longest_step(chain)) <= row["time_step"]:
+        raise InputError(
+            f"time_step = {row['time_step']:g}: for blocks so light, springs so stiff or friction "
+            f"so viscous ({chain.describe()}) 'verlet' needs one below {most:.2g}; or take 'event'"
+        )
 
 
 def _continued(row: dict[str, Any]) -> ChainState:
