@@ -88,7 +88,9 @@ def test_where_all_fail_the_first_error_is_raised():
 def test_a_spectrum_is_that_of_the_runs_that_do_not_fail():
     chain = ChainParameters(5, 5.0, weakening_velocity=30.0)  # they fail at t = 119.4 and 119.0
     settings = {"duration": 119.2, "transient": 20.0, "replicate": range(2), "initial_spread": 1.0}
-    with pytest.warns(UserWarning, match="^1 of 2 chains: block 1 reaches the support"):
+    with pytest.warns(
+        UserWarning, match="^1 of 2 chains have failed.*: block 1 reaches the support"
+    ):
         spectrum = lyapunov_spectrum(chain, on_error="nan", **settings)
     assert len(spectrum.runs) == len(spectrum.most_stuck) == 1
 

@@ -143,8 +143,7 @@ class PowerSpectrum:
         low, high = checks.positive("low", low), checks.finite_number("high", high)
         if not low < high:
             raise InputError(f"high = {high:g}: must be greater than low = {low:g}")
-        if high > (highest := 0.5 / self.sample_interval) * (1 + 1e-9):
-            raise InputError(f"high = {high:g}: samples tell of frequencies up to {highest:g}")
+        high = min(high, 0.5 / self.sample_interval)  # samples tell of none beyond
         frequency, power = self._drawn(low, high)
 
         def fit(drawn: np.ndarray) -> PowerLawFit:

@@ -22,8 +22,8 @@ def record(
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, np.ndarray]:
     """Simulate points by the function of their kind, and keep the arrays that a file has of it."""
-    names = ("method", "time_step", "seed", "replicate", "initial_spread")
-    numerics: dict = {name: [getattr(point, name) for point in points] for name in names}
+    of_setup = ("method", "time_step", "seed", "replicate", "initial_spread")
+    numerics: dict = {name: [getattr(point, name) for point in points] for name in of_setup}
     setup = Setup([chain(point) for point in points], **numerics)
     simulate: Callable[..., dict[str, np.ndarray]] = resolve_name(function)
     measured = simulate(setup, **settings, progress=progress)
