@@ -15,6 +15,7 @@ from beltrepro import (
     OrbitBranch,
     Results,
     Setup,
+    scan,
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.continuation import SpecialPoint
@@ -97,6 +98,19 @@ def test_a_density_has_one_scale_and_integrates_to_one(results, axes):
     assert ax.get_xlabel() == "$u$ (model velocity)"
     alone = results.plot_section(where={"noise": 0}, bar=False, vmax=1.0)
     assert alone.figure.axes == [alone] and alone.collections[0].norm.vmax == 1.0
+
+
+def test_a_density_in_bins_of_the_scan_has_all_crossings(axes):
+    lengths = {"duration": 300, "transient": 100, "section_values": 1}
+    few = scan(Grid(5, [8.0, 12.0]), **lengths, section_bins=[-100.0, -30.0, 0.0])
+    (mesh,) = few.plot_section(ax=axes).collections
+    counts = few["section_histogram"].T
+    assert counts.sum() > 10
+    share = counts / counts.sum(axis=0) / np.array([[70.0], [30.0]])
+    np.testing.assert_allclose(np.ma.filled(mesh.get_array(), 0.0), share)
+    none = scan(Grid(5, [8.0, 12.0]), **lengths, section_bins=[-1e4, -9e3])
+    with pytest.raises(InputError, match="no crossing lies in them"):
+        none.plot_section()
 
 
 def test_sizes_are_a_density_by_the_logarithm(axes):

@@ -77,23 +77,12 @@ def test_lines_are_found_between_the_frequencies_of_the_spectrum():
         np.testing.assert_allclose(found, inside, atol=0.004)
 
 
-def test_a_velocity_density_by_hand():
-    row = {
-        "belt_velocity": np.array([2.0, 1.0, 2.0, 3.0]),
-        "section_histogram": np.array([[1, 1, 0], [3, 0, 0], [1, 1, 4], [0, 0, 0]], np.uint32),
-    }
-    u, density = sections.velocity_density(row, np.array([-3.0, -1.0, -0.5, 0.0]))
+def test_a_density_at_places_by_hand():
+    counts = np.array([[1, 1, 0], [3, 0, 0], [1, 1, 4], [0, 0, 0]], np.uint32)
+    edges = np.array([-3.0, -1.0, -0.5, 0.0])
+    u, density = sections.density_at([2.0, 1.0, 2.0, 3.0], counts, edges)
     assert u.tolist() == [1, 2, 3] and np.isnan(density[:, 2]).all()
     np.testing.assert_allclose(density[:, :2], [[0.5, 0.125], [0, 0.5], [0, 1.0]])
-
-
-def test_a_density_at_places_by_hand():
-    values = np.array([[0.5, 1.5], [0.5, np.nan], [1.5, 9.0], [np.nan, np.nan]])
-    u, edges, result = sections.density_at([2, 1, 2, 3], values, np.linspace(0.0, 2.0, 5))
-    assert u.tolist() == [1, 2, 3] and edges.tolist() == [0, 0.5, 1, 1.5, 2]
-    assert result[:, 0].tolist() == [0, 2, 0, 0] and not result[:, 2].any()
-    np.testing.assert_allclose(result[:, 1], [0, 2 / 3, 0, 4 / 3])
-    assert sections.density_at([3.0], [[1.0]], 2)[1].tolist() == [0.5, 1.0, 1.5]
 
 
 # --- intermittency --------------------------------------------------------------------------------

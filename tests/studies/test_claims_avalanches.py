@@ -354,3 +354,18 @@ def test_blocks_that_slip_together():
     measurement = measured("blocks-slip-together", slips_u1=pair)
     assert measurement.judged["avalanches of two blocks or more"].numbers == (0.5, 0.5, 0.5)
     assert measurement.also["avalanches of all blocks"].value == 0.5
+
+
+def test_the_peaks_of_slips_of_a_series_that_begins_in_a_slip():
+    time = np.arange(0.0, 600.0)
+    starts = np.arange(10.0, 590.0, 10.0)
+    velocities = np.full((time.size, 2), 1.0)
+    velocities[:3] = -50.0  # of the slip whose start is not there
+    for number, start in enumerate(starts.astype(int)):
+        velocities[start + 1 : start + 4] = -float(number)
+    events = [(2.5, 2, "stick")]
+    events += [one for t in starts for one in ((t + 0.5, 2, "slip"), (t + 4.5, 2, "stick"))]
+    table = np.array(events, [("time", "f8"), ("block", "i8"), ("kind", "U5")])
+    arrays = {"time": time, "velocities": velocities, "events": table}
+    peaks = avalanches.peaks_of_slips(Dataset(arrays, {"n_blocks": 2, "belt_velocity": 1.0}))
+    np.testing.assert_array_equal(peaks.ravel(), np.arange(40) + 1.0)

@@ -77,16 +77,30 @@ def section(
             raise InputError(f"{name} has several values, a density is of one: {one}")
     if not np.isfinite(velocity).any():
         raise InputError("section_velocity: no chain crosses its section")
-    if bins is None:  # in few bins are few crossings seen
-        per_column = np.isfinite(velocity).sum() / np.unique(abscissa).size
-        bins = int(np.clip(8 * np.sqrt(per_column), *_BINS))
-    checks.positive("bins", bins := checks.whole_number("bins", bins))
-    places, sides, heights = sections.density_at(abscissa, velocity, bins)
-    mesh = artists.density(ax, artists.edges(places), sides, heights, **look)
+    if bins is None and "section_histogram" in table:
+        edges, counts = table.settings["section_bins"], table["section_histogram"][chosen]
+    else:
+        edges, counts = _counted(abscissa, velocity, bins)
+    if not counts.any():
+        raise InputError("section_bins: no crossing lies in them")
+    places, heights = sections.density_at(abscissa, counts, edges)
+    mesh = artists.density(ax, artists.edges(places), np.asarray(edges), heights, **look)
     if bar:
         artists.colour_bar([mesh], ax, label("density", "1/velocity"))
     ax.set(xlabel=label_of(x), ylabel=label("$v_N$ at the section", "velocity"))
     return ax
+
+
+def _counted(
+    abscissa: np.ndarray, velocity: np.ndarray, bins: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edges of bins, and how many of the velocities (P, M) that are kept lie in each."""
+    if bins is None:  # in few bins are few crossings seen
+        per_column = np.isfinite(velocity).sum() / np.unique(abscissa).size
+        bins = int(np.clip(8 * np.sqrt(per_column), *_BINS))
+    checks.positive("bins", bins := checks.whole_number("bins", bins))
+    edges = np.histogram_bin_edges(velocity[np.isfinite(velocity)], bins)
+    return edges, np.array([np.histogram(row[np.isfinite(row)], edges)[0] for row in velocity])
 
 
 def _column(table: Any, argument: str, name: str, kinds: str = "biufU") -> np.ndarray:

@@ -136,11 +136,12 @@ class Results(Arrays):
         ----------
         x : str, optional
             The quantity; if not given, that of most values. At each of its values the density is
-            that of all crossings there, and has the integral 1.
+            that of the crossings kept there, or of all with `section_bins`; its integral is 1.
         where : dict, optional
             Values of the other quantities, as {"noise": 1}: only such chains are drawn.
         bins : int, optional
-            Of v_N; if not given 120 to 400, by how many crossings there are.
+            Of v_N; if not given those of `section_bins`, or 120 to 400, by how many crossings there
+            are.
         bar : bool
             Whether to draw the scale of the colours, which is logarithmic.
         """

@@ -68,21 +68,17 @@ def spread(abscissa: npt.ArrayLike, values: npt.ArrayLike) -> Spread:
 
 
 def density_at(
-    abscissa: npt.ArrayLike, values: npt.ArrayLike, bins: npt.ArrayLike | int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places along an axis, edges of bins, and the density (B, places) of the values at each place.
+    abscissa: npt.ArrayLike, counts: npt.ArrayLike, edges: npt.ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct places along an axis (U,) and the density (B, U) at each, of all that is counted.
 
-    values : (P, M), padded with NaN, a row at each `abscissa` (P,); bins : as of `np.histogram`.
+    counts : (P, B), a row at each `abscissa` (P,); edges : (B+1,), of the bins. NaN of nothing.
     """
-    places, index = np.unique(abscissa, return_inverse=True)
-    values = np.asarray(values, dtype=float)
-    is_number = np.isfinite(values)
-    column = np.broadcast_to(index[:, np.newaxis], values.shape)[is_number]
-    edges = np.histogram_bin_edges(values[is_number], bins)
-    columns = np.arange(places.size + 1) - 0.5
-    count, _, _ = np.histogram2d(values[is_number], column, (edges, columns))
-    total = np.maximum(count.sum(axis=0), 1)  # a place without values has no density
-    return places, edges, count / total / np.diff(edges)[:, np.newaxis]
+    places, place = np.unique(abscissa, return_inverse=True)
+    together = np.zeros((places.size, np.shape(counts)[1]))
+    np.add.at(together, place, counts)
+    with np.errstate(invalid="ignore"):
+        return places, (together / together.sum(axis=1, keepdims=True) / np.diff(edges)).T
 
 
 # --- velocities at the section -----------------------------------------------------------------
@@ -163,20 +159,6 @@ def _crossings(values: npt.ArrayLike) -> np.ndarray:
     count, least = values.size, MINIMUM_CROSSINGS
     require(count >= least, f"{count} crossings of the section, {least} are needed")
     return values
-
-
-def velocity_density(
-    row: Mapping[str, np.ndarray], edges: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct u (U,) and the density (B, U) of v_N at the section, of all runs at each u.
-
-    row : belt_velocity (P,) and section_histogram (P, B), crossings between the edges (B+1,).
-    """
-    places, place = np.unique(row["belt_velocity"], return_inverse=True)
-    counts = np.zeros((places.size, edges.size - 1))
-    np.add.at(counts, place, row["section_histogram"])
-    with np.errstate(invalid="ignore"):  # of u at which no run crosses the section
-        return places, (counts / counts.sum(axis=1, keepdims=True) / np.diff(edges)).T
 
 
 # --- correlation dimension: a number for the "low-dimensional" of Fig. 10 ------------------------

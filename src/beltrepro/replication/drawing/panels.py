@@ -262,7 +262,9 @@ def diagrams(figure, scan, places, *, bar=True):
     """
     edges, maps = scan.arrays["section_bins"], []
     for axes, where in places:
-        velocities, density = sections.velocity_density(sections.cut(scan, **where), edges)
+        row = sections.cut(scan, **where)
+        counts = row["belt_velocity"], row["section_histogram"]
+        velocities, density = sections.density_at(*counts, edges)
         if np.nansum(density):
             maps.append((axes, velocities, density))
         else:

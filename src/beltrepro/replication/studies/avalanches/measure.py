@@ -86,14 +86,16 @@ def peaks_of_slips(series) -> np.ndarray:
     events = series.arrays["events"]
     events = events[events["block"] == series.attributes["n_blocks"]]
     slips, sticks = (events["time"][events["kind"] == kind] for kind in ("slip", "stick"))
-    inside = np.searchsorted(time, [*zip(slips, sticks, strict=False)])
+    # a block that slips as the series begins sticks first
+    sticks = sticks[sticks > slips.min(initial=np.inf)]
+    inside = np.searchsorted(time, [*zip(slips, sticks, strict=False)]).reshape(-1, 2)
     peaks = [relative[first:last].max() for first, last in inside if last > first]
     count = len(peaks) // STRETCHES
     require(count >= 2, f"{len(peaks)} slips of the last block, not {2 * STRETCHES}")
     return np.array(peaks[: count * STRETCHES]).reshape(STRETCHES, count)
 
 
-# --- local exponents ---
+# --- local exponents ------------------------------------------------------------------------------
 
 
 def local_exponents(density: Density, neighbours: int, least: int) -> tuple[np.ndarray, np.ndarray]:
