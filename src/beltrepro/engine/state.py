@@ -188,6 +188,10 @@ class ChainState:
         friction, as in stationary motion. With a spread of 1 the pulls are distributed as that on
         a single block on a slow belt, which each slip takes from F_st to 2 F_k - F_st.
 
+        What a run must leave out is short beside loading. But the warning about loading counts from
+        undeformed springs: a run that is shorter than they take is watched, and a slow swing in it
+        may be told as loading. The transient that the warning names is that of this start.
+
         Parameters
         ----------
         parameters : ChainParameters

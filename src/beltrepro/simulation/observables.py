@@ -45,6 +45,9 @@ def spectrum(
     ----------
     runs : Run, sequence of R runs, or array (T,) or (R, T)
         One run; several independent ones; or samples of anything else, as `run.positions[:, 0]`.
+        A run whose belt changes its velocity mixes the spectra of all its velocities; that of one
+        is found of the samples at it, as `run.positions[run.time > 600, -1]`, with
+        `sample_interval=run.sample_interval`.
     sample_interval : float, optional
         Model time between the samples of an array; runs have their own.
 
@@ -127,7 +130,8 @@ def slip_sizes(
     source : Catalogue, Run, or sequence of runs
         Slips that start after the transient count.
     frame : str
-        Of the places: "laboratory", as Fig. 9a evidently has them, or "belt".
+        Of the places: "laboratory", as Fig. 9a evidently has them, or "belt", which is for runs
+        with one velocity of the belt: of others it takes the first for all slips.
 
     Returns
     -------

@@ -85,7 +85,8 @@ def scan(
         A file, .h5, that keeps what is finished, also of a call that is interrupted; `Results.save`
         writes one too. What it has of these chains, whatever their order, is not computed again,
         and what it lacks is added, by several processes too. Another duration, transient, method,
-        tolerance, seed or the like is refused.
+        tolerance, seed or the like is refused. Besides `scan`, `time_to_continuous_slip`,
+        `classify` and `lyapunov_spectrum` have it; `catalogue` and `sweep` keep nothing on the way.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 

@@ -85,7 +85,8 @@ def simulate(
     belt : sequence of (t, u), optional
         From the time t after the beginning on, the belt of all chains has the velocity u; before
         the first t it has that of the chain. The numbers are those of runs from one t to the next,
-        each from the final state of the one before. A belt that rests has a tiny u, as 1e-6.
+        each from the final state of the one before. A belt that rests has a tiny u, as 1e-6. r,
+        <x_N>, spectra and the like mix all velocities after the transient.
     progress, **setup : callable, keywords of `Setup`
         Called with the fraction done.
 

@@ -240,7 +240,9 @@ def power_law(values: ChainValues | npt.ArrayLike, *, low: float | str | None = 
     Returns
     -------
     PowerLaw
-        With p; the intervals are those of chains drawn anew, from a fixed lower end.
+        With p, the share of samples of this law that lie as far from their own fits as the values
+        do. Below 0.1 the law is refused; above, the values may follow it, or be too few to tell.
+        The intervals are those of chains drawn anew, from a fixed lower end.
 
     Raises
     ------

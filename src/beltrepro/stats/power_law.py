@@ -30,7 +30,7 @@ class PowerLaw:
         The range of x in which it was fitted.
     p : float
         Share of samples of the law that lie as far from their own fits as the values from this one:
-        below 0.1 they do not follow it. NaN of a straight line, which tests nothing.
+        below 0.1 the law is refused. NaN of a straight line, which tests nothing.
     """
 
     exponent: Estimate
