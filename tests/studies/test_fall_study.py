@@ -122,6 +122,13 @@ def test_lifetimes_over_ranges_of_the_belt_velocity():
     assert near["settled"].to_numpy()[8:] == pytest.approx(0) and near["slips"].isna().sum() == 2
 
 
+def test_a_time_step_as_a_noise():
+    # thresholds that scatter like those of slips that begin late by up to a step
+    late = np.random.default_rng(0).uniform(0, 0.001, 100_000)
+    last, inside = measure.noise_of_step(18.5, 0.001)
+    assert (18.5 * late).std() == pytest.approx(last, rel=0.01) and inside == 2 * last
+
+
 def test_a_share_over_velocities_knows_how_these_scatter():
     u = np.repeat(np.arange(10.0), 20)
     mixed, apart = np.tile([0, 1], 100), (u % 2).astype(int)
@@ -258,3 +265,20 @@ def test_where_chaos_ends(wide, near, verdict):
     lasting = np.abs(close.arrays["belt_velocity"] - 10.75) < 6e-4
     close.arrays["settled"] = ~lasting | (near > 10.75)
     assert grades("chaos-ends", chaos_ends=made, chaos_ends_near=close)[""] == verdict
+
+
+@pytest.mark.parametrize(
+    ("shares", "verdict"),
+    [
+        *(((0.6, 0.9, 0.9), YES), ((0.6, 0.6, 0.6), OPEN), ((0.6, 0.6, 0.9), OPEN)),
+        *(((1, 1, 1), IN_PART), ((1, 0.2, 0.9), NO)),
+    ],
+)
+def test_what_clears_orbits_of_large_r(shares, verdict):
+    exact, noisy, stepped = shares
+    runs = figure_data.disturbances({0.0: exact, 1e-3: 0.4, 0.01: noisy})
+    made = {"disturbances": runs, "n5_replicates_wide": figure_data.disturbances({0.0: stepped})}
+    assert grades("disturbance-clears", **made)[""] == verdict
+    table = measure.disturbance_shares(made)
+    assert table["share"].tolist() == pytest.approx([exact, 0.4, noisy, stepped])
+    assert (table["runs"] == 9 * 10).all()

@@ -53,6 +53,27 @@ def orbits_met(evidence):
     return Measurement(shares, further)
 
 
+@claim("disturbance-clears")
+def disturbance_clears(evidence):
+    """Share at small r just above the fall: exact, with a hundredth of noise, and by the scheme."""
+    data = {name: evidence.dataset(name) for name in evidence.claim.needs}
+    runs, scheme = evidence.claim.needs
+    shares = measure.disturbed_shares(data)
+    keys = {"exact": (runs, 0.0), "sigma = 0.01": (runs, 0.01), "scheme": (scheme, 0.0)}
+    for words, key in keys.items():
+        require(key in shares, f"no run just above the fall: {words}")
+    exact, noisy, stepped = (shares[key] for key in keys.values())
+    return Measurement(
+        {
+            "small r, exact": exact,
+            "sigma = 0.01 less exact": difference(noisy, exact),
+            "scheme less exact": difference(stepped, exact),
+            "scheme less sigma = 0.01": difference(stepped, noisy),
+        },
+        {"small r, sigma = 0.01": noisy, "small r, scheme": stepped},
+    )
+
+
 @claim("chaos-ends")
 def chaos_ends(evidence):
     """Shares of runs that settle, on a fine grid of u, and near a velocity at which chaos lasts."""

@@ -8,6 +8,7 @@ from matplotlib.patheffects import withStroke
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.fall import measure
+from beltrepro.simulation import artists
 
 FIGURES = {
     "branches": Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies"),
@@ -19,6 +20,10 @@ FIGURES = {
     ),
     "chaos_ends": Figure(
         uses=("chaos_ends", "chaos_ends_near", "chaos_lifetimes"), category="Further studies"
+    ),
+    "disturbances": Figure(
+        uses=("disturbances", "n5_replicates_wide", "disturbance_shares"),
+        category="Further studies",
     ),
 }
 
@@ -193,6 +198,70 @@ def orbits_met(data):
     look = {"columnspacing": 0.8, "handlelength": 1.0, "title": title}
     figure.legend(loc="outside upper center", ncols=4, **look)
     return figure
+
+
+# --- what a disturbance clears --------------------------------------------------------------------
+
+_ROW, _GAP = 0.34, 0.12  # decades: height of a row without a place on a logarithmic axis, and room
+_PRINTED_NOISE = 0, 1  # of the paper's values those within the map
+
+
+@panels.draws(FIGURES)
+def disturbances(data):
+    """Share at small r over u and noise, and just above the fall; rows for none and the scheme."""
+    figure, (plane, profile) = panels.page(3.0, "ab", sharey=True, width_ratios=(1.9, 1))
+    runs, scheme = (data[name].arrays for name in FIGURES["disturbances"].uses[:2])
+    levels = np.unique(runs["noise"][runs["noise"] > 0])
+    for axes in (plane, profile):
+        axes.set_xlabel(panels.BELT_VELOCITY if axes is plane else "share at small $r$")
+        if not levels.size:
+            panels.note(axes, "no noise in this scan")
+    if not levels.size:
+        return figure
+    borders = artists.edges(np.log10(levels))
+    none, paper = borders[0] - _GAP - _ROW / 2, borders[-1] + _GAP + _ROW / 2
+    mesh = _draw_shares_of(plane, runs, levels, borders)
+    _draw_shares_of(plane, runs, [0], none + _ROW * np.array([-0.5, 0.5]))
+    limits = plane.get_xlim()
+    _draw_shares_of(plane, scheme, [0], paper + _ROW * np.array([-0.5, 0.5]))
+    artists.colour_bar([mesh], plane, "share at small $r$", location="top")
+    rows = data["disturbance_shares"]
+    by_scheme = rows["dataset"] == FIGURES["disturbances"].uses[1]
+    with np.errstate(divide="ignore"):
+        place = np.where(by_scheme, paper, np.maximum(np.log10(rows["noise"]), none))
+    for chosen, colour in ((~by_scheme, style.BLUE), (by_scheme, style.VERMILION)):
+        share, low, high = (rows[name][chosen] for name in ("share", "low", "high"))
+        look = {"fmt": "o", "color": colour, "markersize": 2.2, "elinewidth": 0.7}
+        profile.errorbar(share, place[chosen], xerr=[share - low, high - share], **look)
+    for line in rows["share"][by_scheme]:
+        profile.axvline(line, color=style.VERMILION, linewidth=0.8, linestyle=":", zorder=0)
+    step = data["n5_replicates_wide"].attributes.get("time_step", np.nan)
+    ends = np.log10(measure.noise_of_step(np.mean(measure.ABOVE), step))
+    profile.axhspan(*ends, color=style.ORANGE, alpha=0.4, linewidth=0, zorder=0)
+    printed = [none if noise == 0 else np.log10(noise) for noise in _PRINTED_NOISE]
+    look = {"color": style.BLACK, "markersize": 3.5, "clip_on": False, "zorder": 5}
+    plane.plot(np.full(len(printed), limits[1]), printed, "<", **look)
+    decades = np.unique(np.round(np.log10(levels)).astype(int))
+    words = [f"$10^{{{decade}}}$" for decade in decades]
+    plane.set_yticks([none, *decades, paper], ["0", *words, "paper's\ntime step"])
+    plane.tick_params(left=False, right=False)
+    plane.set(ylabel=panels.NOISE, xlim=limits, ylim=(none - _ROW / 2, paper + _ROW / 2))
+    profile.tick_params(labelleft=False)
+    profile.set_xlim(-0.03, 1.03)
+    return figure
+
+
+def _draw_shares_of(axes, runs, levels, borders):
+    """A row of cells for each noise: share of the runs of each u that are at small r."""
+    chosen = np.isin(runs["noise"], levels)
+    if not chosen.any():
+        return None
+    table = pd.DataFrame({name: runs[name][chosen] for name in ("noise", "belt_velocity")})
+    table["small"] = runs["disorder_parameter"][chosen] < measure.SMALL
+    cells = table.pivot_table(index="noise", columns="belt_velocity", values="small", dropna=False)
+    places = artists.edges(cells.columns.to_numpy())
+    look = {"cmap": "Blues", "vmin": 0, "vmax": 1, "rasterized": True}
+    return axes.pcolormesh(places, borders, cells.to_numpy(float), **look)
 
 
 # --- how long motion is irregular -----------------------------------------------------------------

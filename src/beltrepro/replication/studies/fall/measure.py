@@ -17,6 +17,7 @@ TABLES = {
     "fall_onsets": Table(uses=("friction_map",)),
     "fall_shares": Table(uses=("fall_orbits",)),
     "chaos_lifetimes": Table(uses=("chaos_ends", "chaos_ends_near")),
+    "disturbance_shares": Table(uses=("disturbances", "n5_replicates_wide")),
 }
 PAPER_RATIO = 0.45
 SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, from 0.07
@@ -103,6 +104,40 @@ def share_over(velocity: np.ndarray, having: np.ndarray) -> Estimate:
     between = mean([having[velocity == u].mean() for u in places])
     low, high = max(0.0, min(runs.low, between.low)), min(1.0, max(runs.high, between.high))
     return replace(runs, low=low, high=high)
+
+
+# --- what a disturbance clears --------------------------------------------------------------------
+
+ABOVE = 17.5, 19.5  # u: just above the fall, where half of the exact runs end at small r
+
+
+def disturbed_shares(data) -> dict[tuple[str, float], Estimate]:
+    """Share at small r just above the fall, for each noise: exact, and by the paper's scheme."""
+    shares = {}
+    for name in TABLES["disturbance_shares"].uses:
+        arrays = data[name].arrays
+        u, small = arrays["belt_velocity"], arrays["disorder_parameter"] < SMALL
+        above = (u >= ABOVE[0]) & (u <= ABOVE[1])
+        for noise in np.unique(arrays["noise"][above]):
+            here = above & (arrays["noise"] == noise)
+            shares[name, float(noise)] = share_over(u[here], small[here])
+    return shares
+
+
+def disturbance_shares(data) -> pd.DataFrame:
+    """A row for each noise of exact runs, and one for the paper's scheme."""
+    columns = "dataset", "noise", "runs", "share", "low", "high"
+    rows = [(*key, one.runs, *one.numbers) for key, one in disturbed_shares(data).items()]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def noise_of_step(velocity: float, time_step: float) -> tuple[float, float]:
+    """Noise that disturbs as a time step does: of the last block, and of those inside.
+
+    A slip begins late by up to a step, while each spring of a block pulls by u more per unit time.
+    """
+    last = velocity * time_step / np.sqrt(12)
+    return last, 2 * last
 
 
 # --- how long motion is irregular -----------------------------------------------------------------
