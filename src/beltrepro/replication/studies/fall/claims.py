@@ -4,43 +4,23 @@ import numpy as np
 
 from beltrepro.base.errors import require
 from beltrepro.replication.studies.fall import measure
-from beltrepro.replication.studies.fall.measure import SMALL, is_small
+from beltrepro.replication.studies.fall.measure import SMALL
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import Estimate, absent, bootstrap, difference, share_of, sure
+from beltrepro.stats.estimates import absent, bootstrap, difference, share_of, sure
 
-FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
-ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
 MET_RANGES = ((14, 17), (17.5, 19.5), (19.5, 21.5))  # of u: below, at and above the fall
 CHAOS_LASTS = 10.7495, 10.7505  # range of u in which chaos lasts
 _ROUNDING = 1e-6  # of a grid of u
 SWEEPS = ("sweeps_fast", "sweeps", "sweeps_slow")  # the longer, the longer each u is held
-_FEW = 0.1  # share of runs that an orbit must take to be one that irregular motion finds
-
-
-@claim("orbits-of-small-r")
-def orbits_of_small_r(evidence):
-    """Begin of the first orbits of small r that starts reach, and what starts do around it."""
-    arrays = evidence.dataset("basins").arrays
-    velocity, small = arrays["belt_velocity"], _small(arrays)
-    begin = _first_begin(arrays)
-    above = velocity[velocity > begin].min()
-    below = small[(velocity >= FIRST) & (velocity < begin)]
-    require(below.size, f"no start at u = {FIRST:g} or more and below {begin:.4g}")
-    return Measurement(
-        {
-            "first begin": Estimate(begin, begin - ACCURACY, begin + ACCURACY),
-            "small r, below it": share_of(below.ravel()),
-            "small r, above it": share_of(small[velocity == above].ravel()),
-        }
-    )
 
 
 @claim("orbits-met")
 def orbits_met(evidence):
     """Shares at small r below and above the fall, and on what orbits runs end."""
     arrays = evidence.dataset("fall_orbits").arrays
-    velocity, where, small = arrays["belt_velocity"], measure.ends(arrays), _small(arrays)
+    velocity, where = arrays["belt_velocity"], measure.ends(arrays)
+    small = measure.small_ends(arrays)
     short = where["33"] | where[f"other up to {measure.LONG}"]
     shares, further = {}, {}
     for low, high in MET_RANGES:
@@ -100,17 +80,19 @@ def chaos_ends(evidence):
 
 @claim("fall-by-hold")
 def fall_by_hold(evidence):
-    """First u at small r of upward sweeps, by the time for which each u is held."""
-    begin = _first_begin(evidence.dataset("basins").arrays)
+    """First u at small r of upward sweeps, by the time for which each u is held, and the birth."""
+    lines = measure.birth_lines({"small_orbits": evidence.dataset("small_orbits")})
+    births = measure.births_at_paper(lines, measure.FIRST)
+    require(births.size, f"orbit of {measure.FIRST} slips not followed at the paper's constants")
     falls = [_falls(evidence.dataset(name).arrays) for name in SWEEPS]
     half = [bootstrap(np.median, [fall]) for fall in falls]
     return Measurement(
         {
-            "shortest": half[0],
-            "longest": half[-1],
             "shorter less longer": difference(half[0], half[-1]),
-            "below the first begin": share_of(np.concatenate(falls) < begin),
-        }
+            "longest less birth": difference(half[-1], sure(births[0])),
+            "below the birth": share_of(np.concatenate(falls) < births[0]),
+        },
+        {"shortest": half[0], "longest": half[-1], "birth": sure(births[0])},
     )
 
 
@@ -134,24 +116,6 @@ def fall_at_birth(evidence):
         },
         {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)},
     )
-
-
-def _small(arrays) -> np.ndarray:
-    return is_small(arrays["disorder_parameter"], arrays["state"].astype(str))
-
-
-def _first_begin(arrays) -> float:
-    """u at which the first of the branches begins that take the runs where half of them fall."""
-    velocity, small = arrays["belt_velocity"], _small(arrays)
-    most = [u for u in np.unique(velocity) if small[velocity == u].mean() >= 1 / 2]
-    require(most, "at no u do half of the starts end at small r")
-    there = velocity == most[0]
-    reached, counts = np.unique(arrays["attractor"][there][small[there]], return_counts=True)
-    taking = reached[counts >= _FEW * small[there].size]
-    orbits = arrays["branches"]
-    begins = orbits["belt_velocity"][np.isin(orbits["attractor"], taking)]
-    require(begins.size, f"no orbit of small r was followed from u = {most[0]:g}")
-    return float(begins.min())
 
 
 def _falls(arrays) -> np.ndarray:

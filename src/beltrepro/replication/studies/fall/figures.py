@@ -186,10 +186,8 @@ def orbits_met(data):
     halo = [withStroke(linewidth=1.6, foreground="white")]
     look = {"fmt": "o", "color": style.BLACK, "markersize": 2, "elinewidth": 0.8}
     panels.intervals(axes, small["begin"] + measure.RANGE / 2, *numbers, **look, path_effects=halo)
-    lines = data["birth_lines"]
-    at_paper = np.isclose(lines["friction_ratio"], measure.PAPER_RATIO) & ~lines["linear"]
     for slips, side in ((5, "right"), (11, "left")):
-        for birth in lines["birth"][at_paper & (lines["slips"] == slips)]:
+        for birth in measure.births_at_paper(data["birth_lines"], slips):
             axes.axvline(birth, color=style.BLACK, linewidth=0.8, linestyle=":")
             axes.text(birth, 0.93, f" {slips} ", ha=side, path_effects=halo)
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share of runs", ylim=(-0.015, 1.015))

@@ -185,6 +185,12 @@ def birth_lines(data) -> pd.DataFrame:
     return pd.DataFrame(table | {name: births[name] for name in names})
 
 
+def births_at_paper(lines: pd.DataFrame, slips: int) -> np.ndarray:
+    """Belt velocities at which the orbit of so many slips begins with the paper's constants."""
+    here = np.isclose(lines["friction_ratio"], PAPER_RATIO) & ~lines["linear"]
+    return lines["birth"][here & (lines["slips"] == slips)].to_numpy()
+
+
 BEGUN = 1 / 4  # share at small r: orbits of large r take most runs at many u above, too
 
 
