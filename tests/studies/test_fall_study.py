@@ -122,6 +122,14 @@ def test_lifetimes_over_ranges_of_the_belt_velocity():
     assert near["settled"].to_numpy()[8:] == pytest.approx(0) and near["slips"].isna().sum() == 2
 
 
+def test_contraction_of_made_up_runs():
+    table = figure_data.dataset("contraction").set_index("n_blocks")
+    # ten blocks are irregular at nearly all u, two never
+    assert table["irregular"][2] == 0 < table["irregular"][10] and table["exponent"][2] == -0.01
+    assert np.isnan(table["exponent_irregular"][2]) and table["exponent_irregular"][10] > 0
+    assert (table["exponent_low"] <= table["exponent"]).all() and table["erased"][10] == 10
+
+
 def test_a_time_step_as_a_noise():
     # thresholds that scatter like those of slips that begin late by up to a step
     late = np.random.default_rng(0).uniform(0, 0.001, 100_000)
@@ -250,7 +258,23 @@ def test_what_clears_orbits_of_large_r(shares, verdict):
     exact, noisy, stepped = shares
     runs = figure_data.disturbances({0.0: exact, 1e-3: 0.4, 0.01: noisy})
     made = {"disturbances": runs, "n5_replicates_wide": figure_data.disturbances({0.0: stepped})}
+    fine = figure_data.disturbances({0.0: exact}).arrays
+    made["fall_orbits"] = data(fine | {"state": np.full(fine["replicate"].size, "periodic")})
     assert grades("disturbance-clears", **made)[""] == verdict
     table = measure.disturbance_shares(made)
     assert table["share"].tolist() == pytest.approx([exact, 0.4, noisy, stepped])
-    assert (table["runs"] == 9 * 10).all()
+    assert (table["runs"] == 8 * 10).all()
+
+
+@pytest.mark.parametrize(
+    ("five", "ten", "verdict"),
+    [(-0.01, 0.008, YES), (0.005, 0.008, IN_PART), (-0.01, -0.02, IN_PART), (0.001, -0.01, NO)],
+)
+def test_where_deviations_shrink(five, ten, verdict):
+    growth = {4: -0.02 if five < 0 else five, 5: five, 6: min(0.002, ten), 10: ten}
+    size = np.repeat(list(growth), 12)
+    scatter = np.tile(np.linspace(0.9, 1.1, 12), 4)
+    arrays = {"n_blocks": size, "nontrivial_exponent": np.vectorize(growth.get)(size) * scatter}
+    arrays["state"], arrays["erased"] = np.full(size.size, "transient"), size
+    assert grades("contraction", motion_map=data(arrays))[""] == verdict
+    assert measured("contraction", motion_map=data(arrays)).numbers["most erased, N = 6"].value == 6

@@ -396,7 +396,8 @@ def branching():
     tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets", "fall_shares"
     made["disturbances"] = disturbances({0.0: 0.6, 1e-4: 0.6, 1e-2: 0.9, 1.0: 0.3})
     made["n5_replicates_wide"] = disturbances({0.0: 0.9})
-    tables += "chaos_lifetimes", "disturbance_shares"
+    made["motion_map"] = dataset("motion_map")
+    tables += "chaos_lifetimes", "disturbance_shares", "contraction"
     return made | {name: table(name, made) for name in tables}
 
 
@@ -461,7 +462,7 @@ def dataset(name):
         "basin": branching, "sweep": branching,
         "small_orbits": branching, "birth_lines": branching,
         "friction_map": branching, "fall_": branching, "chaos_": branching,
-        "disturbance": branching,
+        "disturbance": branching, "contraction": branching,
         "experiment_odds": trials, "alternation": trials,
         "agreement": pairs, "pairs": pairs,
     }  # fmt: skip

@@ -9,9 +9,11 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats.estimates import absent, bootstrap, difference, share_of, sure
 
-MET_RANGES = ((14, 17), (17.5, 19.5), (19.5, 21.5))  # of u: below, at and above the fall
+MET_RANGES = ((14, 17), measure.ABOVE, (19.5, 21.5), (21.5, 24))  # of u: below the fall, and above
+BIRTH_RATIOS = 0.4, 0.45, 0.5  # friction ratios whose births the text tells
 CHAOS_LASTS = 10.7495, 10.7505  # range of u in which chaos lasts
 _ROUNDING = 1e-6  # of a grid of u
+SIZES = 4, 5, 6, 7, 10  # numbers of blocks whose exponents are compared
 SWEEPS = ("sweeps_fast", "sweeps", "sweeps_slow")  # the longer, the longer each u is held
 
 
@@ -36,13 +38,16 @@ def orbits_met(evidence):
 @claim("disturbance-clears")
 def disturbance_clears(evidence):
     """Share at small r just above the fall: exact, with a hundredth of noise, and by the scheme."""
-    data = {name: evidence.dataset(name) for name in evidence.claim.needs}
-    runs, scheme = evidence.claim.needs
-    shares = measure.disturbed_shares(data)
-    keys = {"exact": (runs, 0.0), "sigma = 0.01": (runs, 0.01), "scheme": (scheme, 0.0)}
-    for words, key in keys.items():
-        require(key in shares, f"no run just above the fall: {words}")
-    exact, noisy, stepped = (shares[key] for key in keys.values())
+    fine, runs, scheme = evidence.claim.needs
+    arrays = evidence.dataset(fine).arrays
+    u = arrays["belt_velocity"]
+    above = (u >= measure.ABOVE[0]) & (u < measure.ABOVE[1])
+    require(above.any(), "no exact run just above the fall")
+    exact = measure.share_over(u[above], measure.small_ends(arrays)[above])
+    shares = measure.disturbed_shares({name: evidence.dataset(name) for name in (runs, scheme)})
+    for key in (places := ((runs, 0.01), (scheme, 0.0))):
+        require(key in shares, f"no run of {key[0]} just above the fall with noise {key[1]:g}")
+    noisy, stepped = (shares[key] for key in places)
     return Measurement(
         {
             "small r, exact": exact,
@@ -78,6 +83,22 @@ def chaos_ends(evidence):
     return Measurement(shares, further)
 
 
+@claim("contraction")
+def contraction(evidence):
+    """Largest nontrivial exponents by number of blocks, of all runs and of those irregular."""
+    arrays = evidence.dataset("motion_map").arrays
+    irregular, growth = measure.ends_irregular(arrays), arrays["nontrivial_exponent"]
+    numbers = {}
+    for size in SIZES:
+        here = arrays["n_blocks"] == size
+        for name, runs in (("exponent", here), ("irregular", here & irregular)):
+            number = bootstrap(np.median, [growth[runs]]) if runs.any() else absent()
+            numbers[f"{name}, N = {size}"] = number
+        most = sure(arrays["erased"][here].max()) if here.any() else absent()
+        numbers[f"most erased, N = {size}"] = most
+    return Measurement(numbers)
+
+
 @claim("fall-by-hold")
 def fall_by_hold(evidence):
     """First u at small r of upward sweeps, by the time for which each u is held, and the birth."""
@@ -102,7 +123,8 @@ def fall_at_birth(evidence):
     data = {name: evidence.dataset(name) for name in evidence.claim.needs}
     births, onsets = measure.birth_lines(data), measure.fall_onsets(data)
     names = ["friction_ratio", "birth"]
-    line = births[~births["linear"] & (births["slips"] == measure.FIRST)]
+    births = births[births["slips"] == measure.FIRST]
+    line, linear = births[~births["linear"]], births["scaled"][births["linear"]]
     require(len(line) > 1, f"orbit of {measure.FIRST} slips at {len(line)} friction ratios, not 2")
     onsets = onsets[onsets["onset"].notna()]
     inside = onsets[onsets["friction_ratio"].between(*line["friction_ratio"].iloc[[0, -1]])]
@@ -114,7 +136,9 @@ def fall_at_birth(evidence):
             "friction ratios within 1": share_of(np.abs(away) <= 1),
             "onset less birth": bootstrap(np.median, [away]),
         },
-        {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)},
+        {f"birth at {ratio:g}": absent() for ratio in BIRTH_RATIOS}
+        | {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)}
+        | {"linear birth": sure(linear.median())},
     )
 
 

@@ -19,7 +19,8 @@ FIGURES = {
         uses=("fall_orbits", "fall_shares", "birth_lines"), category="Further studies"
     ),
     "chaos_ends": Figure(
-        uses=("chaos_ends", "chaos_ends_near", "chaos_lifetimes"), category="Further studies"
+        uses=("chaos_ends", "chaos_ends_near", "chaos_lifetimes", "contraction"),
+        category="Further studies",
     ),
     "disturbances": Figure(
         uses=("disturbances", "n5_replicates_wide", "disturbance_shares"),
@@ -264,11 +265,13 @@ def _draw_shares_of(axes, runs, levels, borders):
 
 # --- how long motion is irregular -----------------------------------------------------------------
 
+_LINEAR_TO = 1e-3  # exponents below are on a linear scale
+
 
 @panels.draws(FIGURES)
 def chaos_ends(data):
-    """Lifetimes above, slips in the period below; over all u, and near one at which chaos lasts."""
-    figure, places = panels.page(3.6, "ab;cd", width_ratios=(1.7, 1))
+    """Lifetimes, and slips in the period, over all u, and near one where chaos lasts; then N."""
+    figure, places = panels.page(5.2, "ab;cd;ef", width_ratios=(1.7, 1))
     for one, other in ((1, 0), (3, 2)):
         places[one].sharey(places[other])
     table = data["chaos_lifetimes"]
@@ -293,4 +296,24 @@ def chaos_ends(data):
         axes.tick_params(labelleft=False)
     places[0].set_ylabel("time irregular")
     places[2].set_ylabel("slips in the period")
+    _draw_contraction(*places[4:], data["contraction"])
     return figure
+
+
+def _draw_contraction(exponents, erased, table):
+    """Against N: largest nontrivial exponents, and the directions that sticks erase."""
+    size = table["n_blocks"]
+    look = {"fmt": "o", "color": style.BLUE, "markersize": 3, "elinewidth": 3, "ecolor": "0.75"}
+    for axes, name in ((exponents, "exponent"), (erased, "erased")):
+        numbers = (table[f"{name}{end}"] for end in ("", "_low", "_high"))
+        panels.intervals(axes, size, *numbers, **look)
+        axes.set_xlabel("$N$")
+        axes.set_xticks(size)
+    exponents.axhline(0, color="0.4", linewidth=0.7, zorder=0)
+    look = {"markerfacecolor": "white", "color": style.VERMILION, "markersize": 3.5}
+    exponents.plot(size, table["exponent_irregular"], "D", label="irregular to the end", **look)
+    exponents.set_yscale("symlog", linthresh=_LINEAR_TO, linscale=0.6)
+    exponents.set_ylabel("nontrivial exponent")
+    exponents.legend(loc="lower right")
+    erased.plot(size, size, "--", color=style.BLACK, linewidth=0.7, zorder=0)
+    erased.set(ylabel="directions erased", ylim=(0, None))

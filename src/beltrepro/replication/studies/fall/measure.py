@@ -9,6 +9,7 @@ import pandas as pd
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
 from beltrepro.stats.estimates import Estimate, bootstrap, mean, share_of
+from beltrepro.stats.motion import UNSETTLED
 
 TABLES = {
     "basin_shares": Table(uses=("basins", "basins_sizes")),
@@ -17,6 +18,7 @@ TABLES = {
     "fall_onsets": Table(uses=("friction_map",)),
     "fall_shares": Table(uses=("fall_orbits",)),
     "chaos_lifetimes": Table(uses=("chaos_ends", "chaos_ends_near")),
+    "contraction": Table(uses=("motion_map",)),
     "disturbance_shares": Table(uses=("disturbances", "n5_replicates_wide")),
 }
 PAPER_RATIO = 0.45
@@ -117,7 +119,7 @@ def disturbed_shares(data) -> dict[tuple[str, float], Estimate]:
     for name in TABLES["disturbance_shares"].uses:
         arrays = data[name].arrays
         u, small = arrays["belt_velocity"], arrays["disorder_parameter"] < SMALL
-        above = (u >= ABOVE[0]) & (u <= ABOVE[1])
+        above = (u >= ABOVE[0]) & (u < ABOVE[1])
         for noise in np.unique(arrays["noise"][above]):
             here = above & (arrays["noise"] == noise)
             shares[name, float(noise)] = share_over(u[here], small[here])
@@ -164,6 +166,28 @@ def chaos_lifetimes(data) -> pd.DataFrame:
             slips = arrays["period_events"][here & settled]
             rows.append(row | {"slips": np.median(slips) if slips.size else nan})
     return pd.DataFrame(rows)
+
+
+# --- whether deviations shrink --------------------------------------------------------------------
+
+
+def contraction(data) -> pd.DataFrame:
+    """A row for each N."""
+    arrays, rows = data["motion_map"].arrays, []
+    irregular = ends_irregular(arrays)
+    for place, runs in by_point(arrays, "n_blocks"):
+        row = place | {"runs": runs.size, "irregular": irregular[runs].sum()}
+        for name, column in (("exponent", "nontrivial_exponent"), ("erased", "erased")):
+            spread = np.quantile(arrays[column][runs], (0.5, 0.1, 0.9))
+            row |= dict(zip((name, f"{name}_low", f"{name}_high"), spread, strict=True))
+        growth = arrays["nontrivial_exponent"][runs[irregular[runs]]]
+        rows.append(row | {"exponent_irregular": np.median(growth) if growth.size else nan})
+    return pd.DataFrame(rows)
+
+
+def ends_irregular(arrays) -> np.ndarray:
+    """Which runs are irregular to the end."""
+    return np.isin(arrays["state"].astype(str), UNSETTLED)
 
 
 # --- the plane of friction ratio and belt velocity ------------------------------------------------
