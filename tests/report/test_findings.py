@@ -110,7 +110,7 @@ def test_sentences_take_their_numbers_from_the_tables(tmp_path):
 
 def test_findings_name_what_the_ledger_has():
     places = [row["place"] for row in findings.words()["numbers"]]
-    for entry in findings.words()["findings"]:
+    for entry in findings.words()["findings"] + findings.words()["why"]:
         assert entry["figure"] in registry.figures() and entry["verdicts"].keys() <= LEDGER.keys()
         for wanted in entry["verdicts"].values():
             assert {*wanted} <= {*QUESTIONS} and {*wanted.values()} <= {*VERDICTS}
@@ -139,7 +139,7 @@ def test_the_condition_that_is_not_met_is_named(tmp_path, monkeypatch, change, u
     entry = {"topic": "t", "text": "At {u-critical: critical}.", "figure": "fig12"}
     entry |= {"verdicts": {"u-critical": {"replicated": "yes"}}}
     entry |= {"numbers": {"u-critical: critical": [16, 18]}} | change
-    monkeypatch.setattr(findings, "words", lambda: {"findings": [entry]})
+    monkeypatch.setattr(findings, "words", lambda: {"findings": [entry], "why": []})
     made = with_numbers(tmp_path, ROW, EXACT)
     (finding,) = findings.findings_of(made)
     assert finding.unmet == [unmet] * bool(unmet)

@@ -122,6 +122,21 @@ def test_lifetimes_over_ranges_of_the_belt_velocity():
     assert near["settled"].to_numpy()[8:] == pytest.approx(0) and near["slips"].isna().sum() == 2
 
 
+def test_contraction_of_made_up_runs():
+    table = figure_data.dataset("contraction").set_index("n_blocks")
+    # ten blocks are irregular at nearly all u, two never
+    assert table["irregular"][2] == 0 < table["irregular"][10] and table["exponent"][2] == -0.01
+    assert np.isnan(table["exponent_irregular"][2]) and table["exponent_irregular"][10] > 0
+    assert (table["exponent_low"] <= table["exponent"]).all() and table["erased"][10] == 10
+
+
+def test_a_time_step_as_a_noise():
+    # thresholds that scatter like those of slips that begin late by up to a step
+    late = np.random.default_rng(0).uniform(0, 0.001, 100_000)
+    last, inside = measure.noise_of_step(18.5, 0.001)
+    assert (18.5 * late).std() == pytest.approx(last, rel=0.01) and inside == 2 * last
+
+
 def test_a_share_over_velocities_knows_how_these_scatter():
     u = np.repeat(np.arange(10.0), 20)
     mixed, apart = np.tile([0, 1], 100), (u % 2).astype(int)
@@ -151,21 +166,13 @@ def test_the_onset_of_small_r():
 VELOCITIES = np.arange(14.0, 22)
 
 
-def starts(begin=17.1, first=18.0, below=0.0, runs=20):
-    """Most runs from a velocity on are on an orbit that begins somewhere, and some are below."""
-    u = np.repeat(VELOCITIES, runs)
-    run = np.tile(np.arange(runs), VELOCITIES.size)
-    small = (np.where(u >= first, 0.9, below) * runs > run)[:, np.newaxis]
-    orbits = np.zeros(4, [("attractor", int), ("belt_velocity", float)])
-    orbits["attractor"], orbits["belt_velocity"] = (3, 3, 4, 4), (30, begin, 15, 30)
-    arrays = {
-        "belt_velocity": u,
-        "attractor": np.where(small, np.where(run == 0, 4, 3)[:, np.newaxis], 1),
-        "disorder_parameter": np.where(small, 0.02, 0.12),
-        "state": np.full(small.shape, "periodic"),
-        "branches": orbits,
-    }
-    return data(arrays)
+def five_slips(ratios, velocities):
+    """The orbit of five slips, born at these velocities."""
+    line = np.zeros(len(ratios), attracted.BIRTH)
+    line["period_events"], line["friction_ratio"] = 5, ratios
+    line["belt_velocity"], line["end"] = velocities, "grazing"
+    constants = {"linear_limit": np.array([20.0]), "static_friction": np.array([71.4])}
+    return data(constants | {"births": line})
 
 
 def upwards(fall, runs=8):
@@ -175,23 +182,6 @@ def upwards(fall, runs=8):
     r = np.stack([np.where(small, 0.02, 0.12), np.full(u.size, 0.02)], axis=1)  # down: small
     arrays = {"belt_velocity": u, "noise": noise, "replicate": run, "disorder_parameter": r}
     return data(arrays)
-
-
-@pytest.mark.parametrize(
-    ("changes", "verdict"),
-    [
-        ({}, YES),  # the orbit of a single run begins at 15: irregular motion does not find it
-        ({"first": 20.0, "begin": 19.2}, IN_PART),
-        ({"first": 20.0, "begin": 18.1, "below": 0.3}, NO),
-        ({"below": 0.05}, YES),  # one of sixty
-        ({"below": 0.4}, IN_PART),
-    ],
-)
-def test_the_begin_of_the_orbits_that_are_found(changes, verdict):
-    assert grades("orbits-of-small-r", basins=starts(**changes))[""] == verdict
-    numbers = measured("orbits-of-small-r", basins=starts(**changes)).numbers
-    value = changes.get("begin", 17.1)
-    assert numbers["first begin"].numbers == pytest.approx((value, value - 1e-3, value + 1e-3))
 
 
 @pytest.mark.parametrize(
@@ -206,8 +196,9 @@ def test_the_begin_of_the_orbits_that_are_found(changes, verdict):
 def test_when_sweeps_fall(falls, verdict):
     names = ("sweeps_fast", "sweeps", "sweeps_slow")
     swept = {name: upwards(fall) for name, fall in zip(names, falls, strict=True)}
-    assert grades("fall-by-hold", basins=starts(), **swept)[""] == verdict
-    numbers = measured("fall-by-hold", basins=starts(), **swept).numbers
+    swept["small_orbits"] = five_slips([0.4, 0.45], [18.9, 17.1])
+    assert grades("fall-by-hold", **swept)[""] == verdict
+    numbers = measured("fall-by-hold", **swept).numbers
     assert [numbers[name].value for name in ("shortest", "longest")] == [falls[0], falls[-1]]
 
 
@@ -216,15 +207,11 @@ def test_when_sweeps_fall(falls, verdict):
 )
 def test_falls_at_births_over_friction_ratios(away, verdict):
     ratios = np.round(np.arange(0.4, 0.61, 0.02), 2)
-    line = np.zeros(2, attracted.BIRTH)
-    line["period_events"], line["friction_ratio"] = 5, (0.4, 0.6)
-    line["belt_velocity"], line["end"] = (19.0, 12.0), "grazing"
-    constants = {"linear_limit": np.array([20.0]), "static_friction": np.array([71.4])}
     f, u = map(np.ravel, np.meshgrid(ratios, np.arange(6.25, 30, 0.5)))
     place = 19 - 35 * (f - 0.4) + np.vectorize(away)(f)
     arrays = {"friction_ratio": f, "belt_velocity": u}
     arrays["disorder_parameter"] = np.where(u > place, 0.02, 0.12)
-    made = {"small_orbits": data(constants | {"births": line}), "friction_map": data(arrays)}
+    made = {"small_orbits": five_slips([0.4, 0.6], [19.0, 12.0]), "friction_map": data(arrays)}
     assert grades("fall-at-birth", **made)[""] == verdict
 
 
@@ -258,3 +245,36 @@ def test_where_chaos_ends(wide, near, verdict):
     lasting = np.abs(close.arrays["belt_velocity"] - 10.75) < 6e-4
     close.arrays["settled"] = ~lasting | (near > 10.75)
     assert grades("chaos-ends", chaos_ends=made, chaos_ends_near=close)[""] == verdict
+
+
+@pytest.mark.parametrize(
+    ("shares", "verdict"),
+    [
+        *(((0.6, 0.9, 0.9), YES), ((0.6, 0.6, 0.6), OPEN), ((0.6, 0.6, 0.9), OPEN)),
+        *(((1, 1, 1), IN_PART), ((1, 0.2, 0.9), NO)),
+    ],
+)
+def test_what_clears_orbits_of_large_r(shares, verdict):
+    exact, noisy, stepped = shares
+    runs = figure_data.disturbances({0.0: exact, 1e-3: 0.4, 0.01: noisy})
+    made = {"disturbances": runs, "n5_replicates_wide": figure_data.disturbances({0.0: stepped})}
+    fine = figure_data.disturbances({0.0: exact}).arrays
+    made["fall_orbits"] = data(fine | {"state": np.full(fine["replicate"].size, "periodic")})
+    assert grades("disturbance-clears", **made)[""] == verdict
+    table = measure.disturbance_shares(made)
+    assert table["share"].tolist() == pytest.approx([exact, 0.4, noisy, stepped])
+    assert (table["runs"] == 8 * 10).all()
+
+
+@pytest.mark.parametrize(
+    ("five", "ten", "verdict"),
+    [(-0.01, 0.008, YES), (0.005, 0.008, IN_PART), (-0.01, -0.02, IN_PART), (0.001, -0.01, NO)],
+)
+def test_where_deviations_shrink(five, ten, verdict):
+    growth = {4: -0.02 if five < 0 else five, 5: five, 6: min(0.002, ten), 10: ten}
+    size = np.repeat(list(growth), 12)
+    scatter = np.tile(np.linspace(0.9, 1.1, 12), 4)
+    arrays = {"n_blocks": size, "nontrivial_exponent": np.vectorize(growth.get)(size) * scatter}
+    arrays["state"], arrays["erased"] = np.full(size.size, "transient"), size
+    assert grades("contraction", motion_map=data(arrays))[""] == verdict
+    assert measured("contraction", motion_map=data(arrays)).numbers["most erased, N = 6"].value == 6

@@ -376,6 +376,14 @@ def chaos_ends(velocities, lasts):
     return Dataset(arrays, HOW)
 
 
+def disturbances(shares):
+    """Of ten runs at each u above 17.2 so many are at small r, by noise."""
+    noise, u, run = map(np.ravel, np.meshgrid([*shares], np.arange(16.0, 22.1, 0.25), range(10)))
+    small = (u > 17.2) & (run < 10 * np.vectorize(shares.get, otypes=[float])(noise))
+    arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "noise": noise, "replicate": run}
+    return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
+
+
 def branching():
     """The datasets and tables of the study of the fall."""
     made = {"basins": basins(), "basins_sizes": basins((6, 7))}
@@ -386,7 +394,10 @@ def branching():
     holds = {"sweeps": 1000.0, "sweeps_fast": 200.0, "sweeps_slow": 5000.0}
     made |= {name: sweeps(hold) for name, hold in holds.items()}
     tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets", "fall_shares"
-    tables += ("chaos_lifetimes",)
+    made["disturbances"] = disturbances({0.0: 0.6, 1e-4: 0.6, 1e-2: 0.9, 1.0: 0.3})
+    made["n5_replicates_wide"] = disturbances({0.0: 0.9})
+    made["motion_map"] = dataset("motion_map")
+    tables += "chaos_lifetimes", "disturbance_shares", "contraction"
     return made | {name: table(name, made) for name in tables}
 
 
@@ -451,6 +462,7 @@ def dataset(name):
         "basin": branching, "sweep": branching,
         "small_orbits": branching, "birth_lines": branching,
         "friction_map": branching, "fall_": branching, "chaos_": branching,
+        "disturbance": branching, "contraction": branching,
         "experiment_odds": trials, "alternation": trials,
         "agreement": pairs, "pairs": pairs,
     }  # fmt: skip

@@ -29,21 +29,27 @@ class Finding(NamedTuple):
     unmet: list[str]  # conditions that this run does not meet
     results: list[Result]  # the claims on which it rests
 
+    @property
+    def parts(self) -> tuple[str, str]:
+        """Its first sentence, and the others."""
+        first, _, others = self.text.partition(". ")
+        return f"{first}.", others
+
 
 @functools.cache
 def words() -> dict[str, list[dict[str, Any]]]:
-    """The findings, and the numbers of the table below them, as they stand in the file."""
+    """Findings, paragraphs on why r falls, and numbers of a table, as they stand in the file."""
     return read_yaml("beltrepro.replication.report", "findings.yaml")
 
 
-def findings_of(results: Results) -> list[Finding]:
-    """All findings, whether they hold in this run or not."""
-    return [_finding(results, **entry) for entry in words()["findings"]]
+def findings_of(results: Results, part: str = "findings") -> list[Finding]:
+    """All of a part, `findings` or `why`, whether they hold in this run or not."""
+    return [_finding(results, **entry) for entry in words()[part]]
 
 
 def check(results: Results) -> None:
     """Raise InputError for the first sentence that does not hold in a run."""
-    for finding in findings_of(results):
+    for finding in findings_of(results) + findings_of(results, "why"):
         if finding.unmet:
             raise InputError(
                 f"{finding.text!r} is not what this run found: {'; '.join(finding.unmet)}; "

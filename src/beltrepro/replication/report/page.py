@@ -151,6 +151,7 @@ RECORDINGS = _study(
     "experiment", "The virtual experiment", experiment.of_recordings, ("recordings",)
 )
 SECTIONS = (
+    PageSection("why", "Why r falls", sections.why, ("claims",)),
     PageSection("figures", "Figures", _figures, ("figures",)),
     PageSection("claims", "Claims", sections.cards),
     _study(

@@ -59,6 +59,7 @@ def set_article(run: Path) -> bytes:
         "run": f"/{run.absolute().relative_to(Path.cwd())}",
         "version": io.said(run / "claims.csv").get("code_version", "1.0"),
         "numbers": dict(_numbers(results)),
+        "why": [one.parts for one in findings.findings_of(results, "why")],
         "measured": list(findings.printed_and_measured(results)),
         "alt": {name: figure.alt for name, figure in registry.figures().items()},
     }

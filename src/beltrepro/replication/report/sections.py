@@ -40,6 +40,12 @@ def summary(material: Material) -> dict:
     }
 
 
+def why(material: Material) -> dict:
+    """The paragraphs on why r falls."""
+    drawn = {picture["name"] for picture in material.pictures}
+    return {"paragraphs": findings_of(material.claims, "why"), "drawn": drawn}
+
+
 def cards(material: Material) -> dict:
     """Claims by group, those that are counted apart last, with their pictures; counts."""
     groups: dict[str, list] = {title: [] for title in WORDS["groups"].values()}

@@ -4,43 +4,25 @@ import numpy as np
 
 from beltrepro.base.errors import require
 from beltrepro.replication.studies.fall import measure
-from beltrepro.replication.studies.fall.measure import SMALL, is_small
+from beltrepro.replication.studies.fall.measure import SMALL
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import Estimate, absent, bootstrap, difference, share_of, sure
+from beltrepro.stats.estimates import absent, bootstrap, difference, share_of, sure
 
-FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
-ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
-MET_RANGES = ((14, 17), (17.5, 19.5), (19.5, 21.5))  # of u: below, at and above the fall
+MET_RANGES = ((14, 17), measure.ABOVE, (19.5, 21.5), (21.5, 24))  # of u: below the fall, and above
+BIRTH_RATIOS = 0.4, 0.45, 0.5  # friction ratios whose births the text tells
 CHAOS_LASTS = 10.7495, 10.7505  # range of u in which chaos lasts
 _ROUNDING = 1e-6  # of a grid of u
+SIZES = 4, 5, 6, 7, 10  # numbers of blocks whose exponents are compared
 SWEEPS = ("sweeps_fast", "sweeps", "sweeps_slow")  # the longer, the longer each u is held
-_FEW = 0.1  # share of runs that an orbit must take to be one that irregular motion finds
-
-
-@claim("orbits-of-small-r")
-def orbits_of_small_r(evidence):
-    """Begin of the first orbits of small r that starts reach, and what starts do around it."""
-    arrays = evidence.dataset("basins").arrays
-    velocity, small = arrays["belt_velocity"], _small(arrays)
-    begin = _first_begin(arrays)
-    above = velocity[velocity > begin].min()
-    below = small[(velocity >= FIRST) & (velocity < begin)]
-    require(below.size, f"no start at u = {FIRST:g} or more and below {begin:.4g}")
-    return Measurement(
-        {
-            "first begin": Estimate(begin, begin - ACCURACY, begin + ACCURACY),
-            "small r, below it": share_of(below.ravel()),
-            "small r, above it": share_of(small[velocity == above].ravel()),
-        }
-    )
 
 
 @claim("orbits-met")
 def orbits_met(evidence):
     """Shares at small r below and above the fall, and on what orbits runs end."""
     arrays = evidence.dataset("fall_orbits").arrays
-    velocity, where, small = arrays["belt_velocity"], measure.ends(arrays), _small(arrays)
+    velocity, where = arrays["belt_velocity"], measure.ends(arrays)
+    small = measure.small_ends(arrays)
     short = where["33"] | where[f"other up to {measure.LONG}"]
     shares, further = {}, {}
     for low, high in MET_RANGES:
@@ -51,6 +33,30 @@ def orbits_met(evidence):
         for end, runs in where.items():
             further[f"{end}, {words}"] = measure.share_over(velocity[here], runs[here])
     return Measurement(shares, further)
+
+
+@claim("disturbance-clears")
+def disturbance_clears(evidence):
+    """Share at small r just above the fall: exact, with a hundredth of noise, and by the scheme."""
+    fine, runs, scheme = evidence.claim.needs
+    arrays = evidence.dataset(fine).arrays
+    u = arrays["belt_velocity"]
+    above = (u >= measure.ABOVE[0]) & (u < measure.ABOVE[1])
+    require(above.any(), "no exact run just above the fall")
+    exact = measure.share_over(u[above], measure.small_ends(arrays)[above])
+    shares = measure.disturbed_shares({name: evidence.dataset(name) for name in (runs, scheme)})
+    for key in (places := ((runs, 0.01), (scheme, 0.0))):
+        require(key in shares, f"no run of {key[0]} just above the fall with noise {key[1]:g}")
+    noisy, stepped = (shares[key] for key in places)
+    return Measurement(
+        {
+            "small r, exact": exact,
+            "sigma = 0.01 less exact": difference(noisy, exact),
+            "scheme less exact": difference(stepped, exact),
+            "scheme less sigma = 0.01": difference(stepped, noisy),
+        },
+        {"small r, sigma = 0.01": noisy, "small r, scheme": stepped},
+    )
 
 
 @claim("chaos-ends")
@@ -77,19 +83,37 @@ def chaos_ends(evidence):
     return Measurement(shares, further)
 
 
+@claim("contraction")
+def contraction(evidence):
+    """Largest nontrivial exponents by number of blocks, of all runs and of those irregular."""
+    arrays = evidence.dataset("motion_map").arrays
+    irregular, growth = measure.ends_irregular(arrays), arrays["nontrivial_exponent"]
+    numbers = {}
+    for size in SIZES:
+        here = arrays["n_blocks"] == size
+        for name, runs in (("exponent", here), ("irregular", here & irregular)):
+            number = bootstrap(np.median, [growth[runs]]) if runs.any() else absent()
+            numbers[f"{name}, N = {size}"] = number
+        most = sure(arrays["erased"][here].max()) if here.any() else absent()
+        numbers[f"most erased, N = {size}"] = most
+    return Measurement(numbers)
+
+
 @claim("fall-by-hold")
 def fall_by_hold(evidence):
-    """First u at small r of upward sweeps, by the time for which each u is held."""
-    begin = _first_begin(evidence.dataset("basins").arrays)
+    """First u at small r of upward sweeps, by the time for which each u is held, and the birth."""
+    lines = measure.birth_lines({"small_orbits": evidence.dataset("small_orbits")})
+    births = measure.births_at_paper(lines, measure.FIRST)
+    require(births.size, f"orbit of {measure.FIRST} slips not followed at the paper's constants")
     falls = [_falls(evidence.dataset(name).arrays) for name in SWEEPS]
     half = [bootstrap(np.median, [fall]) for fall in falls]
     return Measurement(
         {
-            "shortest": half[0],
-            "longest": half[-1],
             "shorter less longer": difference(half[0], half[-1]),
-            "below the first begin": share_of(np.concatenate(falls) < begin),
-        }
+            "longest less birth": difference(half[-1], sure(births[0])),
+            "below the birth": share_of(np.concatenate(falls) < births[0]),
+        },
+        {"shortest": half[0], "longest": half[-1], "birth": sure(births[0])},
     )
 
 
@@ -99,7 +123,8 @@ def fall_at_birth(evidence):
     data = {name: evidence.dataset(name) for name in evidence.claim.needs}
     births, onsets = measure.birth_lines(data), measure.fall_onsets(data)
     names = ["friction_ratio", "birth"]
-    line = births[~births["linear"] & (births["slips"] == measure.FIRST)]
+    births = births[births["slips"] == measure.FIRST]
+    line, linear = births[~births["linear"]], births["scaled"][births["linear"]]
     require(len(line) > 1, f"orbit of {measure.FIRST} slips at {len(line)} friction ratios, not 2")
     onsets = onsets[onsets["onset"].notna()]
     inside = onsets[onsets["friction_ratio"].between(*line["friction_ratio"].iloc[[0, -1]])]
@@ -111,26 +136,10 @@ def fall_at_birth(evidence):
             "friction ratios within 1": share_of(np.abs(away) <= 1),
             "onset less birth": bootstrap(np.median, [away]),
         },
-        {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)},
+        {f"birth at {ratio:g}": absent() for ratio in BIRTH_RATIOS}
+        | {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)}
+        | {"linear birth": sure(linear.median())},
     )
-
-
-def _small(arrays) -> np.ndarray:
-    return is_small(arrays["disorder_parameter"], arrays["state"].astype(str))
-
-
-def _first_begin(arrays) -> float:
-    """u at which the first of the branches begins that take the runs where half of them fall."""
-    velocity, small = arrays["belt_velocity"], _small(arrays)
-    most = [u for u in np.unique(velocity) if small[velocity == u].mean() >= 1 / 2]
-    require(most, "at no u do half of the starts end at small r")
-    there = velocity == most[0]
-    reached, counts = np.unique(arrays["attractor"][there][small[there]], return_counts=True)
-    taking = reached[counts >= _FEW * small[there].size]
-    orbits = arrays["branches"]
-    begins = orbits["belt_velocity"][np.isin(orbits["attractor"], taking)]
-    require(begins.size, f"no orbit of small r was followed from u = {most[0]:g}")
-    return float(begins.min())
 
 
 def _falls(arrays) -> np.ndarray:

@@ -8,6 +8,7 @@ from matplotlib.patheffects import withStroke
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.fall import measure
+from beltrepro.simulation import artists
 
 FIGURES = {
     "branches": Figure(uses=("basins", "basin_shares", "sweep_falls"), category="Further studies"),
@@ -18,7 +19,12 @@ FIGURES = {
         uses=("fall_orbits", "fall_shares", "birth_lines"), category="Further studies"
     ),
     "chaos_ends": Figure(
-        uses=("chaos_ends", "chaos_ends_near", "chaos_lifetimes"), category="Further studies"
+        uses=("chaos_ends", "chaos_ends_near", "chaos_lifetimes", "contraction"),
+        category="Further studies",
+    ),
+    "disturbances": Figure(
+        uses=("disturbances", "n5_replicates_wide", "disturbance_shares"),
+        category="Further studies",
     ),
 }
 
@@ -181,10 +187,8 @@ def orbits_met(data):
     halo = [withStroke(linewidth=1.6, foreground="white")]
     look = {"fmt": "o", "color": style.BLACK, "markersize": 2, "elinewidth": 0.8}
     panels.intervals(axes, small["begin"] + measure.RANGE / 2, *numbers, **look, path_effects=halo)
-    lines = data["birth_lines"]
-    at_paper = np.isclose(lines["friction_ratio"], measure.PAPER_RATIO) & ~lines["linear"]
     for slips, side in ((5, "right"), (11, "left")):
-        for birth in lines["birth"][at_paper & (lines["slips"] == slips)]:
+        for birth in measure.births_at_paper(data["birth_lines"], slips):
             axes.axvline(birth, color=style.BLACK, linewidth=0.8, linestyle=":")
             axes.text(birth, 0.93, f" {slips} ", ha=side, path_effects=halo)
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="share of runs", ylim=(-0.015, 1.015))
@@ -195,13 +199,79 @@ def orbits_met(data):
     return figure
 
 
+# --- what a disturbance clears --------------------------------------------------------------------
+
+_ROW, _GAP = 0.34, 0.12  # decades: height of a row without a place on a logarithmic axis, and room
+_PRINTED_NOISE = 0, 1  # of the paper's values those within the map
+
+
+@panels.draws(FIGURES)
+def disturbances(data):
+    """Share at small r over u and noise, and just above the fall; rows for none and the scheme."""
+    figure, (plane, profile) = panels.page(3.0, "ab", sharey=True, width_ratios=(1.9, 1))
+    runs, scheme = (data[name].arrays for name in FIGURES["disturbances"].uses[:2])
+    levels = np.unique(runs["noise"][runs["noise"] > 0])
+    for axes in (plane, profile):
+        axes.set_xlabel(panels.BELT_VELOCITY if axes is plane else "share at small $r$")
+        if not levels.size:
+            panels.note(axes, "no noise in this scan")
+    if not levels.size:
+        return figure
+    borders = artists.edges(np.log10(levels))
+    none, paper = borders[0] - _GAP - _ROW / 2, borders[-1] + _GAP + _ROW / 2
+    mesh = _draw_shares_of(plane, runs, levels, borders)
+    _draw_shares_of(plane, runs, [0], none + _ROW * np.array([-0.5, 0.5]))
+    limits = plane.get_xlim()
+    _draw_shares_of(plane, scheme, [0], paper + _ROW * np.array([-0.5, 0.5]))
+    artists.colour_bar([mesh], plane, "share at small $r$", location="top")
+    rows = data["disturbance_shares"]
+    by_scheme = rows["dataset"] == FIGURES["disturbances"].uses[1]
+    with np.errstate(divide="ignore"):
+        place = np.where(by_scheme, paper, np.maximum(np.log10(rows["noise"]), none))
+    for chosen, colour in ((~by_scheme, style.BLUE), (by_scheme, style.VERMILION)):
+        share, low, high = (rows[name][chosen] for name in ("share", "low", "high"))
+        look = {"fmt": "o", "color": colour, "markersize": 2.2, "elinewidth": 0.7}
+        profile.errorbar(share, place[chosen], xerr=[share - low, high - share], **look)
+    for line in rows["share"][by_scheme]:
+        profile.axvline(line, color=style.VERMILION, linewidth=0.8, linestyle=":", zorder=0)
+    step = data["n5_replicates_wide"].attributes.get("time_step", np.nan)
+    ends = np.log10(measure.noise_of_step(np.mean(measure.ABOVE), step))
+    profile.axhspan(*ends, color=style.ORANGE, alpha=0.4, linewidth=0, zorder=0)
+    printed = [none if noise == 0 else np.log10(noise) for noise in _PRINTED_NOISE]
+    look = {"color": style.BLACK, "markersize": 3.5, "clip_on": False, "zorder": 5}
+    plane.plot(np.full(len(printed), limits[1]), printed, "<", **look)
+    decades = np.unique(np.round(np.log10(levels)).astype(int))
+    words = [f"$10^{{{decade}}}$" for decade in decades]
+    plane.set_yticks([none, *decades, paper], ["0", *words, "paper's\ntime step"])
+    plane.tick_params(left=False, right=False)
+    plane.set(ylabel=panels.NOISE, xlim=limits, ylim=(none - _ROW / 2, paper + _ROW / 2))
+    profile.tick_params(labelleft=False)
+    profile.set_xlim(-0.03, 1.03)
+    return figure
+
+
+def _draw_shares_of(axes, runs, levels, borders):
+    """A row of cells for each noise: share of the runs of each u that are at small r."""
+    chosen = np.isin(runs["noise"], levels)
+    if not chosen.any():
+        return None
+    table = pd.DataFrame({name: runs[name][chosen] for name in ("noise", "belt_velocity")})
+    table["small"] = runs["disorder_parameter"][chosen] < measure.SMALL
+    cells = table.pivot_table(index="noise", columns="belt_velocity", values="small", dropna=False)
+    places = artists.edges(cells.columns.to_numpy())
+    look = {"cmap": "Blues", "vmin": 0, "vmax": 1, "rasterized": True}
+    return axes.pcolormesh(places, borders, cells.to_numpy(float), **look)
+
+
 # --- how long motion is irregular -----------------------------------------------------------------
+
+_LINEAR_TO = 1e-3  # exponents below are on a linear scale
 
 
 @panels.draws(FIGURES)
 def chaos_ends(data):
-    """Lifetimes above, slips in the period below; over all u, and near one at which chaos lasts."""
-    figure, places = panels.page(3.6, "ab;cd", width_ratios=(1.7, 1))
+    """Lifetimes, and slips in the period, over all u, and near one where chaos lasts; then N."""
+    figure, places = panels.page(5.2, "ab;cd;ef", width_ratios=(1.7, 1))
     for one, other in ((1, 0), (3, 2)):
         places[one].sharey(places[other])
     table = data["chaos_lifetimes"]
@@ -226,4 +296,24 @@ def chaos_ends(data):
         axes.tick_params(labelleft=False)
     places[0].set_ylabel("time irregular")
     places[2].set_ylabel("slips in the period")
+    _draw_contraction(*places[4:], data["contraction"])
     return figure
+
+
+def _draw_contraction(exponents, erased, table):
+    """Against N: largest nontrivial exponents, and the directions that sticks erase."""
+    size = table["n_blocks"]
+    look = {"fmt": "o", "color": style.BLUE, "markersize": 3, "elinewidth": 3, "ecolor": "0.75"}
+    for axes, name in ((exponents, "exponent"), (erased, "erased")):
+        numbers = (table[f"{name}{end}"] for end in ("", "_low", "_high"))
+        panels.intervals(axes, size, *numbers, **look)
+        axes.set_xlabel("$N$")
+        axes.set_xticks(size)
+    exponents.axhline(0, color="0.4", linewidth=0.7, zorder=0)
+    look = {"markerfacecolor": "white", "color": style.VERMILION, "markersize": 3.5}
+    exponents.plot(size, table["exponent_irregular"], "D", label="irregular to the end", **look)
+    exponents.set_yscale("symlog", linthresh=_LINEAR_TO, linscale=0.6)
+    exponents.set_ylabel("nontrivial exponent")
+    exponents.legend(loc="lower right")
+    erased.plot(size, size, "--", color=style.BLACK, linewidth=0.7, zorder=0)
+    erased.set(ylabel="directions erased", ylim=(0, None))

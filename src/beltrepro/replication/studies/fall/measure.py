@@ -9,6 +9,7 @@ import pandas as pd
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
 from beltrepro.stats.estimates import Estimate, bootstrap, mean, share_of
+from beltrepro.stats.motion import UNSETTLED
 
 TABLES = {
     "basin_shares": Table(uses=("basins", "basins_sizes")),
@@ -17,6 +18,8 @@ TABLES = {
     "fall_onsets": Table(uses=("friction_map",)),
     "fall_shares": Table(uses=("fall_orbits",)),
     "chaos_lifetimes": Table(uses=("chaos_ends", "chaos_ends_near")),
+    "contraction": Table(uses=("motion_map",)),
+    "disturbance_shares": Table(uses=("disturbances", "n5_replicates_wide")),
 }
 PAPER_RATIO = 0.45
 SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, from 0.07
@@ -105,6 +108,40 @@ def share_over(velocity: np.ndarray, having: np.ndarray) -> Estimate:
     return replace(runs, low=low, high=high)
 
 
+# --- what a disturbance clears --------------------------------------------------------------------
+
+ABOVE = 17.5, 19.5  # u: just above the fall, where half of the exact runs end at small r
+
+
+def disturbed_shares(data) -> dict[tuple[str, float], Estimate]:
+    """Share at small r just above the fall, for each noise: exact, and by the paper's scheme."""
+    shares = {}
+    for name in TABLES["disturbance_shares"].uses:
+        arrays = data[name].arrays
+        u, small = arrays["belt_velocity"], arrays["disorder_parameter"] < SMALL
+        above = (u >= ABOVE[0]) & (u < ABOVE[1])
+        for noise in np.unique(arrays["noise"][above]):
+            here = above & (arrays["noise"] == noise)
+            shares[name, float(noise)] = share_over(u[here], small[here])
+    return shares
+
+
+def disturbance_shares(data) -> pd.DataFrame:
+    """A row for each noise of exact runs, and one for the paper's scheme."""
+    columns = "dataset", "noise", "runs", "share", "low", "high"
+    rows = [(*key, one.runs, *one.numbers) for key, one in disturbed_shares(data).items()]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def noise_of_step(velocity: float, time_step: float) -> tuple[float, float]:
+    """Noise that disturbs as a time step does: of the last block, and of those inside.
+
+    A slip begins late by up to a step, while each spring of a block pulls by u more per unit time.
+    """
+    last = velocity * time_step / np.sqrt(12)
+    return last, 2 * last
+
+
 # --- how long motion is irregular -----------------------------------------------------------------
 
 WIDTHS = {"chaos_ends": 0.5, "chaos_ends_near": 0.002}  # ranges of u, over which runs are counted
@@ -131,6 +168,28 @@ def chaos_lifetimes(data) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+# --- whether deviations shrink --------------------------------------------------------------------
+
+
+def contraction(data) -> pd.DataFrame:
+    """A row for each N."""
+    arrays, rows = data["motion_map"].arrays, []
+    irregular = ends_irregular(arrays)
+    for place, runs in by_point(arrays, "n_blocks"):
+        row = place | {"runs": runs.size, "irregular": irregular[runs].sum()}
+        for name, column in (("exponent", "nontrivial_exponent"), ("erased", "erased")):
+            spread = np.quantile(arrays[column][runs], (0.5, 0.1, 0.9))
+            row |= dict(zip((name, f"{name}_low", f"{name}_high"), spread, strict=True))
+        growth = arrays["nontrivial_exponent"][runs[irregular[runs]]]
+        rows.append(row | {"exponent_irregular": np.median(growth) if growth.size else nan})
+    return pd.DataFrame(rows)
+
+
+def ends_irregular(arrays) -> np.ndarray:
+    """Which runs are irregular to the end."""
+    return np.isin(arrays["state"].astype(str), UNSETTLED)
+
+
 # --- the plane of friction ratio and belt velocity ------------------------------------------------
 
 FIRST = 5  # slips of the orbit whose birth is compared with the fall
@@ -148,6 +207,12 @@ def birth_lines(data) -> pd.DataFrame:
     table |= {"birth": u, "scaled": u / ((1 - ratio) * static)}
     names = "disorder_parameter", "largest_multiplier", "end", "end_block"
     return pd.DataFrame(table | {name: births[name] for name in names})
+
+
+def births_at_paper(lines: pd.DataFrame, slips: int) -> np.ndarray:
+    """Belt velocities at which the orbit of so many slips begins with the paper's constants."""
+    here = np.isclose(lines["friction_ratio"], PAPER_RATIO) & ~lines["linear"]
+    return lines["birth"][here & (lines["slips"] == slips)].to_numpy()
 
 
 BEGUN = 1 / 4  # share at small r: orbits of large r take most runs at many u above, too
