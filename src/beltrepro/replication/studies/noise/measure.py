@@ -1,7 +1,6 @@
 """Rises of r with noise, its scatter, section velocities and their windows; laminar phases."""
 
 import contextlib
-from collections.abc import Iterable, Sequence
 
 import numpy as np
 import scipy
@@ -11,7 +10,7 @@ from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
-from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
+from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of, share_over
 from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
 from beltrepro.stats.states import intermittent_mask, laminar_phases
 
@@ -27,60 +26,76 @@ def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
 RANGE = (3.0, 15.0)
 LEAST_RUNS = 6
 LEAST_SHARED = 10
+PART = 0.5  # of the axis of u
+MOST = 0.9  # of the crossings, as `sections.occupied_share` has it
 
 
 def share_in_windows(row: Cut, usual: Cut) -> Estimate:
     """Share of the runs at 3 <= u <= 15 that fill less than half of the bins of v_N that is usual.
 
-    row : the runs; usual : those whose median run says what is usual, and whose range is binned.
+    Parts of the axis of u count, since neighbouring velocities are in one window. What is usual is
+    what the median run of `usual` fills, whose range is binned where crossings are not counted yet.
     """
-    velocities = usual.velocities[usual.between(*RANGE)]
-    require(bool(np.isfinite(velocities).any()), "no crossings of the section")
-    span = float(np.nanmin(velocities)), float(np.nanmax(velocities))
-    least = 0.5 * np.median(_filled(velocities, span))
-    return share_of(_filled(row.velocities[row.between(*RANGE)], span) < least)
+    span = _span(usual)
+    least = 0.5 * np.nanmedian(_filled(usual.within(*RANGE), span))
+    part = row.within(*RANGE)
+    filled = _filled(part, span)
+    place, told = np.ceil(part.belt_velocity / PART - 1e-9), np.isfinite(filled)
+    return share_over(place[told], filled[told] < least)
 
 
 def spread_ratio(row: Cut) -> Estimate:
     """Bins of v_N that the median run fills above u = 25, relative to 3 <= u <= 15."""
-    span = float(np.nanmin(row.velocities)), float(np.nanmax(row.velocities))
-    high = _filled(row.velocities[row.belt_velocity > 25], span)
-    low = _filled(row.velocities[row.between(*RANGE)], span)
+    filled = _filled(row, _span(row))
+    parts = row.belt_velocity > 25, row.between(*RANGE)
+    high, low = (filled[part & np.isfinite(filled)] for part in parts)
+    require(min(high.size, low.size) >= LEAST_RUNS, "too few runs above u = 25, or up to 15")
     return estimates.bootstrap(lambda high, low: np.median(high) / np.median(low), [high, low])
 
 
-def _filled(velocities: np.ndarray, span: tuple[float, float]) -> np.ndarray:
-    """Share of the bins that each run fills; runs that rarely reach the section are left out."""
-    shares = []
-    for of_run in velocities:
-        with contextlib.suppress(NotEnoughDataError):
-            shares.append(sections.occupied_share(of_run, range=span))
-    count = f"{len(shares)} runs cross the section"
-    require(len(shares) >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
-    return np.array(shares)
+def _span(row: Cut) -> tuple[float, float]:
+    """Range of v_N; of counts in bins, of which all count, none."""
+    if "section_histogram" in row.points:
+        return 0.0, 0.0
+    velocities = row.within(*RANGE).velocities
+    require(bool(np.isfinite(velocities).any()), "no crossings of the section")
+    return float(np.nanmin(velocities)), float(np.nanmax(velocities))
+
+
+def _filled(row: Cut, span: tuple[float, float]) -> np.ndarray:
+    """Share of the bins that each run fills; NaN for runs that rarely reach the section."""
+    shares = np.full(len(row.belt_velocity), np.nan)
+    if "section_histogram" in row.points:
+        counts = np.sort(row.points["section_histogram"].astype(float), axis=1)[:, ::-1]
+        filled = np.cumsum(counts, axis=1)
+        often = filled[:, -1] >= sections.MINIMUM_CROSSINGS
+        number = np.sum(filled < MOST * filled[:, -1:], axis=1) + 1
+        shares[often] = number[often] / counts.shape[1]
+    else:
+        for run, velocities in enumerate(row.velocities):
+            with contextlib.suppress(NotEnoughDataError):
+                shares[run] = sections.occupied_share(velocities, range=span)
+    count = f"{np.isfinite(shares).sum()} runs cross the section"
+    require(np.isfinite(shares).sum() >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
+    return shares
 
 
 def scatter_ratio(first: Cut, second: Cut) -> Estimate:
     """Scatter of r about a straight line in 3 <= u <= 15, of one row over that of another."""
-    one, other = _runs_by_velocity(first), _runs_by_velocity(second)
-
-    def statistic(*runs: np.ndarray) -> float:
-        return _scatter(one, runs[: len(one)]) / _scatter(other, runs[len(one) :])
-
-    return estimates.bootstrap(statistic, [*one.values(), *other.values()])
-
-
-def _runs_by_velocity(row: Cut) -> dict[float, np.ndarray]:
-    places = np.unique(row.belt_velocity[row.between(*RANGE)])
-    require(places.size >= 4, f"{places.size} belt velocities in 3 <= u <= 15, 4 are needed")
-    return {float(u): row.disorder[np.isclose(row.belt_velocity, u)] for u in places}
+    scatters = []
+    for row in (first, second):
+        part = row.within(*RANGE)
+        places = np.unique(part.belt_velocity).size
+        require(places >= 4, f"{places} belt velocities in 3 <= u <= 15, 4 are needed")
+        runs = np.column_stack([part.belt_velocity, part.disorder])
+        scatters.append(estimates.over_places(_scatter, part.belt_velocity, runs))
+    return estimates.ratio(*scatters)
 
 
-def _scatter(places: Iterable[float], runs: Sequence[np.ndarray]) -> float:
-    velocity = np.repeat(list(places), [values.size for values in runs])
-    disorder = np.concatenate(runs)
-    line = np.polyval(np.polyfit(velocity, disorder, 1), velocity)
-    return float(np.sqrt(np.mean((disorder - line) ** 2)) / disorder.mean())
+def _scatter(runs: np.ndarray) -> float:
+    disorder, u = runs[:, 1], runs[:, 0] - runs[:, 0].mean()
+    slope = (u @ disorder) / ((u @ u) or 1.0)  # all drawn at one place
+    return float(np.std(disorder - slope * u) / disorder.mean())
 
 
 def distance(table: Cut, runs: Cut) -> Estimate:

@@ -55,6 +55,7 @@ def critical_velocities(data) -> pd.DataFrame:
 # Runs on one orbit have the same range of x_N, up to where the samples lie, and as many sticks in
 # the settled part, give or take the ends. Chaotic runs agree so closely by chance in pairs at most.
 SAME_RANGE = 1e-3
+LEAST_LATE = 8  # runs that tell an exponent and a lifetime
 COMPANIONS = 2
 
 
@@ -87,6 +88,26 @@ class Ends:
         except NotEnoughDataError as error:
             raise NotEnoughDataError(f"u = {low:g} to {high:g}: {error}") from None
 
+    def longest(self) -> Estimate:
+        """u at which the mean is longest, and the range of those at which it may be.
+
+        All of them, if nothing tells the means apart.
+        """
+        places = np.unique(self.belt_velocity)
+        means = [self._mean_or_absent(u) for u in places]
+        best = max(means, key=lambda one: np.nan_to_num(one.value, nan=-np.inf))
+        if np.isnan(best.value):
+            return best
+        rivals = places[[not one.high < best.low for one in means]]
+        value = float(places[means.index(best)])
+        return estimates.about(value, value - rivals[0], rivals[-1] - value, best.runs)
+
+    def _mean_or_absent(self, place: float) -> Estimate:
+        try:
+            return self.mean(place, place)
+        except NotEnoughDataError:
+            return estimates.absent()
+
 
 def until_settled(runs, spread: float) -> Ends:
     """How long motion from starts of this spread is irregular, until it rests on any orbit.
@@ -104,6 +125,32 @@ def until_last_stick(runs) -> Ends:
     """
     horizon = float(runs.attributes["duration"]) - float(runs.attributes["settle_time"])
     return Ends.of(runs, "escaped", horizon, partial(survival.mean_of_ended, horizon=horizon))
+
+
+def saddle(runs: Mapping[str, np.ndarray], duration: float, *, since: float) -> dict[str, Estimate]:
+    """Exponent, mean lifetime and their product, of what is irregular after a time.
+
+    The exponent is a mean over the time in which runs measure it, the lifetime that of a constant
+    rate of ends; both are of the survivors, as for a chaotic saddle. Runs are of kind settling.
+    """
+    late = runs["lifetime"] >= since
+    require(late.sum() >= LEAST_LATE, f"{late.sum()} runs are irregular for {since:g}")
+    names = ("lifetime", "settled", "irregular_exponent", "irregular_time")
+    rows = np.column_stack([runs[name][late] for name in names]).astype(float)
+    horizon = survival.SEEN * duration
+
+    def exponent(rows: np.ndarray) -> float:
+        measured = rows[np.isfinite(rows[:, 2])]
+        weight = measured[:, 3].sum()
+        return float(measured[:, 3] @ measured[:, 2] / weight) if weight else np.nan
+
+    def lifetime(rows: np.ndarray) -> float:
+        time, ended = survival.observed(rows[:, 0], rows[:, 1], start=since, horizon=horizon)
+        return float(time.sum() / ended.sum()) if ended.any() else np.nan
+
+    statistics = {"exponent": exponent, "lifetime": lifetime}
+    statistics["e-foldings"] = lambda rows: exponent(rows) * lifetime(rows)
+    return {name: estimates.bootstrap(of, [rows]) for name, of in statistics.items()}
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
