@@ -134,7 +134,8 @@ def saddle(runs: Mapping[str, np.ndarray], duration: float, *, since: float) -> 
     rate of ends; both are of the survivors, as for a chaotic saddle. Runs are of kind settling.
     """
     late = runs["lifetime"] >= since
-    require(late.sum() >= LEAST_LATE, f"{late.sum()} runs are irregular for {since:g}")
+    if late.sum() < LEAST_LATE:
+        return dict.fromkeys(("exponent", "lifetime", "e-foldings"), estimates.absent())
     names = ("lifetime", "settled", "irregular_exponent", "irregular_time")
     rows = np.column_stack([runs[name][late] for name in names]).astype(float)
     horizon = survival.SEEN * duration
