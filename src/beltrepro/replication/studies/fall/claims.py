@@ -7,15 +7,7 @@ from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.studies.fall.measure import SMALL, is_small
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats.estimates import (
-    Estimate,
-    absent,
-    bootstrap,
-    difference,
-    share_of,
-    share_over,
-    sure,
-)
+from beltrepro.stats.estimates import Estimate, absent, bootstrap, difference, share_of, sure
 
 FIRST = 15.0  # u from which on runs below the begin count: there the paper sees r begin to fall
 ACCURACY = 1e-3  # of u at the end of a branch (orbit_branch)
@@ -55,9 +47,9 @@ def orbits_met(evidence):
         here, words = (velocity >= low) & (velocity < high), f"{low:g} to {high:g}"
         require(here.any(), f"no run at u = {words}")
         for name, runs in (("small r", small), ("short orbits of large r", short)):
-            shares[f"{name}, {words}"] = share_over(velocity[here], runs[here])
+            shares[f"{name}, {words}"] = measure.share_over(velocity[here], runs[here])
         for end, runs in where.items():
-            further[f"{end}, {words}"] = share_over(velocity[here], runs[here])
+            further[f"{end}, {words}"] = measure.share_over(velocity[here], runs[here])
     return Measurement(shares, further)
 
 
@@ -75,7 +67,7 @@ def chaos_ends(evidence):
         here = (velocity >= low - _ROUNDING) & (velocity <= high + _ROUNDING)
         require(here.any(), f"no run at u = {words}")
         settled = arrays["settled"][here].astype(bool)
-        shares[f"settled, {words}"] = share_over(velocity[here], settled)
+        shares[f"settled, {words}"] = measure.share_over(velocity[here], settled)
         further[f"median lifetime, {words}"] = bootstrap(np.median, [arrays["lifetime"][here]])
         slips = arrays["period_events"][here][settled]
         further[f"median slips, {words}"] = further[f"most slips, {words}"] = absent()

@@ -1,11 +1,9 @@
 """Rises of r with noise, its scatter, section velocities and their windows; laminar phases."""
 
-import contextlib
-
 import numpy as np
 import scipy
 
-from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.base.errors import require
 from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
@@ -27,57 +25,37 @@ RANGE = (3.0, 15.0)
 LEAST_RUNS = 6
 LEAST_SHARED = 10
 PART = 0.5  # of the axis of u
-MOST = 0.9  # of the crossings, as `sections.occupied_share` has it
+BINS = np.linspace(-120.0, 0.0, 201)  # of v_N, where crossings are not yet counted in such
 
 
 def share_in_windows(row: Cut, usual: Cut) -> Estimate:
     """Share of the runs at 3 <= u <= 15 that fill less than half of the bins of v_N that is usual.
 
-    Parts of the axis of u count, since neighbouring velocities are in one window. What is usual is
-    what the median run of `usual` fills, whose range is binned where crossings are not counted yet.
+    Usual is what the median run of `usual` fills. Parts of the axis of u count for the interval,
+    since neighbouring velocities are in one window.
     """
-    span = _span(usual)
-    least = 0.5 * np.nanmedian(_filled(usual.within(*RANGE), span))
     part = row.within(*RANGE)
-    filled = _filled(part, span)
+    filled, least = _filled(part), 0.5 * np.nanmedian(_filled(usual.within(*RANGE)))
     place, told = np.ceil(part.belt_velocity / PART - 1e-9), np.isfinite(filled)
     return share_over(place[told], filled[told] < least)
 
 
 def spread_ratio(row: Cut) -> Estimate:
     """Bins of v_N that the median run fills above u = 25, relative to 3 <= u <= 15."""
-    filled = _filled(row, _span(row))
-    parts = row.belt_velocity > 25, row.between(*RANGE)
-    high, low = (filled[part & np.isfinite(filled)] for part in parts)
-    require(min(high.size, low.size) >= LEAST_RUNS, "too few runs above u = 25, or up to 15")
-    return estimates.bootstrap(lambda high, low: np.median(high) / np.median(low), [high, low])
+    ends = (25 + 1e-6, np.inf), RANGE
+    filled = [bins[np.isfinite(bins)] for bins in (_filled(row.within(*pair)) for pair in ends)]
+    return estimates.bootstrap(lambda high, low: np.median(high) / np.median(low), filled)
 
 
-def _span(row: Cut) -> tuple[float, float]:
-    """Range of v_N; of counts in bins, of which all count, none."""
-    if "section_histogram" in row.points:
-        return 0.0, 0.0
-    velocities = row.within(*RANGE).velocities
-    require(bool(np.isfinite(velocities).any()), "no crossings of the section")
-    return float(np.nanmin(velocities)), float(np.nanmax(velocities))
-
-
-def _filled(row: Cut, span: tuple[float, float]) -> np.ndarray:
-    """Share of the bins that each run fills; NaN for runs that rarely reach the section."""
-    shares = np.full(len(row.belt_velocity), np.nan)
-    if "section_histogram" in row.points:
-        counts = np.sort(row.points["section_histogram"].astype(float), axis=1)[:, ::-1]
-        filled = np.cumsum(counts, axis=1)
-        often = filled[:, -1] >= sections.MINIMUM_CROSSINGS
-        number = np.sum(filled < MOST * filled[:, -1:], axis=1) + 1
-        shares[often] = number[often] / counts.shape[1]
-    else:
-        for run, velocities in enumerate(row.velocities):
-            with contextlib.suppress(NotEnoughDataError):
-                shares[run] = sections.occupied_share(velocities, range=span)
-    count = f"{np.isfinite(shares).sum()} runs cross the section"
-    require(np.isfinite(shares).sum() >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
-    return shares
+def _filled(row: Cut) -> np.ndarray:
+    """Bins that each run fills; NaN for runs that rarely reach the section."""
+    counts = row.points.get("section_histogram")
+    if counts is None:
+        counts = np.array([np.histogram(run, BINS)[0] for run in row.velocities])
+    filled = sections.occupied_bins(counts)
+    count = f"{np.isfinite(filled).sum()} runs cross the section"
+    require(np.isfinite(filled).sum() >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
+    return filled
 
 
 def scatter_ratio(first: Cut, second: Cut) -> Estimate:

@@ -12,7 +12,7 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import states, transition
-from beltrepro.stats.estimates import bootstrap, difference, share_of, trend
+from beltrepro.stats.estimates import bootstrap, difference, over_places, share_of, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 
 # --- the transition -------------------------------------------------------------------------------
@@ -213,9 +213,13 @@ def rise_beyond_each_fall(evidence):
         critical = runs.fall["critical"].value
         require(np.isfinite(critical), f"r of {n} blocks has no fall")
         ends = [share * critical for share in places["beyond"]]
-        rows = evidence.row(n, places["noise"], scan=_diagram(n)), runs
-        rises[n] = difference(*(measure.mean_log_r(row.within(*ends)) for row in rows))
+        noisy = evidence.row(n, places["noise"], scan=_diagram(n)).within(*ends)
+        rises[n] = difference(*map(_mean_log_r, (noisy, runs.within(*ends))))
     return _weaker_with_size(rises)
+
+
+def _mean_log_r(row):
+    return over_places(np.mean, row.belt_velocity, np.log(row.disorder))
 
 
 EFFECTS = {"section velocities": measure.effect_on_section, "r": measure.effect_on_r}

@@ -89,11 +89,6 @@ def rise(column):
     return estimates.bootstrap(log_contrast, groups)
 
 
-def mean_log_r(row):
-    """Mean of ln r over the runs of a row; velocities are drawn anew."""
-    return estimates.over_places(np.mean, row.belt_velocity, np.log(row.disorder))
-
-
 def effect_on_r(low, high, quiet, noisy):
     """Mean square over u of the change of ln r that noise makes.
 

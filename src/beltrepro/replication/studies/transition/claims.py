@@ -133,30 +133,20 @@ def u_critical(evidence, scan):
     return Measurement(judged, {name: fall[name] for name in ("lower", "upper")})
 
 
-@claim("r-windows", SCHEME)
-def r_windows(evidence):
-    """r of periodic motion beyond the transition over that before it."""
-    jump = r_jump(evidence, R_OF_U[SCHEME]).judged
-    return Measurement(
-        {"beyond the transition": estimates.ratio(jump["r_periodic"], jump["r_chaotic"])}
-    )
-
-
-@claim("r-windows", EXACT)
-def r_windows_below(evidence):
-    """The same, and r of runs that end periodic below the transition, of any period."""
-    arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
-    chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
-    chosen &= arrays["state"].astype(str) == PERIODIC
-    require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs, {LEAST_RUNS} are needed")
-    jump = r_jump(evidence, R_OF_U[EXACT]).judged
-    below = estimates.bootstrap(np.median, [arrays["disorder_parameter"][chosen]])
-    return Measurement(
-        {
-            "beyond the transition": estimates.ratio(jump["r_periodic"], jump["r_chaotic"]),
-            "periodic below": estimates.ratio(below, jump["r_chaotic"]),
-        }
-    )
+@claim("r-windows", R_OF_U)
+def r_windows(evidence, r_of_u):
+    """r beyond the transition over that before it; of exact runs r of all periodic ones below."""
+    jump = r_jump(evidence, r_of_u).judged
+    low = {"beyond the transition": jump["r_periodic"]}
+    if r_of_u is R_OF_U[EXACT]:
+        arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
+        chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
+        chosen &= arrays["state"].astype(str) == PERIODIC
+        count = f"{chosen.sum()} periodic runs"
+        require(chosen.sum() >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
+        r = arrays["disorder_parameter"][chosen]
+        low["periodic below"] = estimates.bootstrap(np.median, [r])
+    return Measurement({name: estimates.ratio(r, jump["r_chaotic"]) for name, r in low.items()})
 
 
 @claim("outliers", SCHEME)
@@ -166,11 +156,10 @@ def outlying_points(evidence):
     The start is declared, so that chance has no part in them.
     """
     row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
-    chaotic = np.median(row.within(*BEFORE).disorder)
     row = row.within(*evidence.claim.parameters["points"])
     count = f"{row.disorder.size} points in the row"
     require(row.disorder.size >= LEAST_POINTS, f"{count}, {LEAST_POINTS} are needed")
-    large = row.disorder > chaotic / 2
+    large = row.disorder >= states.LARGE_AMPLITUDE
     regular = np.isin(row.states, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
     where = ", ".join(f"{place:g}" for place in row.belt_velocity[large])
     counts = {"outliers": large.sum(), "irregular": (large & ~regular).sum()}
@@ -181,16 +170,14 @@ def outlying_points(evidence):
 def outlying_runs(evidence):
     """Shares of the runs of large r beyond the transition, and of those that settle."""
     velocity, disorder = _exact_runs(evidence)
-    chaotic = np.median(_inside(velocity, disorder, *BEFORE)[1])
     settled = evidence.dataset("fall_orbits").arrays["settled"].astype(bool)
-    runs = np.column_stack([disorder > chaotic / 2, settled])
+    runs = np.column_stack([disorder >= states.LARGE_AMPLITUDE, settled])
     place, runs = _inside(velocity, runs, *evidence.claim.parameters["runs"])
-    large, periodic = runs.T, estimates.absent()
-    if large[0].any():
-        periodic = estimates.share_over(place[large[0]], large[1][large[0]])
-    return Measurement(
-        {"runs of large r": estimates.share_over(place, large[0]), "periodic": periodic}
-    )
+    (large, settled), periodic = runs.T, estimates.absent()
+    if large.any():
+        periodic = estimates.share_over(place[large], settled[large])
+    shares = {"runs of large r": estimates.share_over(place, large), "periodic": periodic}
+    return Measurement(shares)
 
 
 # --- how long transients last, and what follows ---------------------------------------------------

@@ -5,6 +5,7 @@ last block slips for good. A run on a stick-slip orbit never comes to the second
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -55,7 +56,6 @@ def critical_velocities(data) -> pd.DataFrame:
 # Runs on one orbit have the same range of x_N, up to where the samples lie, and as many sticks in
 # the settled part, give or take the ends. Chaotic runs agree so closely by chance in pairs at most.
 SAME_RANGE = 1e-3
-LEAST_LATE = 8  # runs that tell an exponent and a lifetime
 COMPANIONS = 2
 
 
@@ -89,24 +89,16 @@ class Ends:
             raise NotEnoughDataError(f"u = {low:g} to {high:g}: {error}") from None
 
     def longest(self) -> Estimate:
-        """u at which the mean is longest, and the range of those at which it may be.
-
-        All of them, if nothing tells the means apart.
-        """
-        places = np.unique(self.belt_velocity)
-        means = [self._mean_or_absent(u) for u in places]
-        best = max(means, key=lambda one: np.nan_to_num(one.value, nan=-np.inf))
-        if np.isnan(best.value):
-            return best
-        rivals = places[[not one.high < best.low for one in means]]
-        value = float(places[means.index(best)])
-        return estimates.about(value, value - rivals[0], rivals[-1] - value, best.runs)
-
-    def _mean_or_absent(self, place: float) -> Estimate:
-        try:
-            return self.mean(place, place)
-        except NotEnoughDataError:
+        """u at which the mean is longest, and the range of those at which it may be."""
+        means = {}
+        for u in np.unique(self.belt_velocity):
+            with suppress(NotEnoughDataError):
+                means[u] = self.mean(u, u)
+        if not means:
             return estimates.absent()
+        best = max(means, key=lambda u: means[u].value)
+        may = [u for u, mean in means.items() if mean.high >= means[best].low]
+        return Estimate(float(best), float(min(may)), float(max(may)), means[best].runs)
 
 
 def until_settled(runs, spread: float) -> Ends:
@@ -128,30 +120,29 @@ def until_last_stick(runs) -> Ends:
 
 
 def saddle(runs: Mapping[str, np.ndarray], duration: float, *, since: float) -> dict[str, Estimate]:
-    """Exponent, mean lifetime and their product, of what is irregular after a time.
+    """Exponent, mean lifetime and their product, of motion that is irregular after a time.
 
-    The exponent is a mean over the time in which runs measure it, the lifetime that of a constant
-    rate of ends; both are of the survivors, as for a chaotic saddle. Runs are of kind settling.
+    Both are of the survivors, as for a chaotic saddle: the exponent a mean over the time in which
+    runs measure it, the lifetime one over the rate of ends. The runs are of kind settling.
     """
-    late = runs["lifetime"] >= since
-    if late.sum() < LEAST_LATE:
-        return dict.fromkeys(("exponent", "lifetime", "e-foldings"), estimates.absent())
-    names = ("lifetime", "settled", "irregular_exponent", "irregular_time")
-    rows = np.column_stack([runs[name][late] for name in names]).astype(float)
     horizon = survival.SEEN * duration
+    late = np.minimum(runs["lifetime"], horizon) >= since
+    lived = survival.observed(runs["lifetime"], runs["settled"], start=since, horizon=horizon)
+    exponent = runs["irregular_exponent"][late]
+    measured = np.where(np.isfinite(exponent), runs["irregular_time"][late], 0.0)
+    sums = np.column_stack([np.nan_to_num(exponent) * measured, measured, *lived])
 
-    def exponent(rows: np.ndarray) -> float:
-        measured = rows[np.isfinite(rows[:, 2])]
-        weight = measured[:, 3].sum()
-        return float(measured[:, 3] @ measured[:, 2] / weight) if weight else np.nan
+    statistics: dict[str, Callable[[np.ndarray], float]] = {
+        "exponent": lambda sums: sums[0] / sums[1],
+        "lifetime": lambda sums: sums[2] / sums[3],
+        "e-foldings": lambda sums: sums[0] / sums[1] * sums[2] / sums[3],
+    }
 
-    def lifetime(rows: np.ndarray) -> float:
-        time, ended = survival.observed(rows[:, 0], rows[:, 1], start=since, horizon=horizon)
-        return float(time.sum() / ended.sum()) if ended.any() else np.nan
+    def over(of: Callable[[np.ndarray], float]) -> Estimate:
+        return estimates.bootstrap(lambda rows: of(rows.sum(axis=0)), [sums])
 
-    statistics = {"exponent": exponent, "lifetime": lifetime}
-    statistics["e-foldings"] = lambda rows: exponent(rows) * lifetime(rows)
-    return {name: estimates.bootstrap(of, [rows]) for name, of in statistics.items()}
+    with np.errstate(invalid="ignore", divide="ignore"):  # none measured, or none that ended
+        return {name: over(of) for name, of in statistics.items()}
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
