@@ -28,10 +28,10 @@ def u7_periodic(evidence, names):
 
 def _in_window(evidence, names):
     """Runs at the belt velocities of the claim, until they settle."""
-    runs, ends = Settling.of(evidence, *names), evidence.claim.parameters["belt_velocity"]
-    runs = runs.where(between(runs.arrays["belt_velocity"], *ends))
-    require(len(runs.arrays["settled"]), f"no runs at {ends[0]:g} <= u <= {ends[1]:g}")
-    return runs
+    runs, (low, high) = Settling.of(evidence, *names), evidence.claim.parameters["belt_velocity"]
+    inside = between(runs.arrays["belt_velocity"], low, high)
+    require(inside.any(), f"no runs at {low:g} <= u <= {high:g}")
+    return runs.where(inside)
 
 
 @claim("u20-transient", SCHEME)
@@ -117,8 +117,7 @@ def r_jump(evidence, r_of_u):
 def _inside(velocity, values, low, high):
     """The runs with low <= u < high, of which there must be some."""
     inside = (velocity >= low - 1e-6) & (velocity < high - 1e-6)
-    runs = f"{inside.sum()} runs at {low:g} <= u < {high:g}"
-    require(inside.sum() >= LEAST_RUNS, f"{runs}, {LEAST_RUNS} are needed")
+    require(inside.sum() >= LEAST_RUNS, f"{inside.sum()} runs at {low:g} <= u < {high:g}")
     return velocity[inside], values[inside]
 
 
@@ -142,8 +141,7 @@ def r_windows(evidence, r_of_u):
         arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
         chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
         chosen &= arrays["state"].astype(str) == PERIODIC
-        count = f"{chosen.sum()} periodic runs"
-        require(chosen.sum() >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
+        require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs")
         r = arrays["disorder_parameter"][chosen]
         low["periodic below"] = estimates.bootstrap(np.median, [r])
     return Measurement({name: estimates.ratio(r, jump["r_chaotic"]) for name, r in low.items()})
@@ -157,8 +155,7 @@ def outlying_points(evidence):
     """
     row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
     row = row.within(*evidence.claim.parameters["points"])
-    count = f"{row.disorder.size} points in the row"
-    require(row.disorder.size >= LEAST_POINTS, f"{count}, {LEAST_POINTS} are needed")
+    require(row.disorder.size >= LEAST_POINTS, f"{row.disorder.size} points in the row")
     large = row.disorder >= states.LARGE_AMPLITUDE
     regular = np.isin(row.states, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
     where = ", ".join(f"{place:g}" for place in row.belt_velocity[large])
@@ -176,8 +173,8 @@ def outlying_runs(evidence):
     (large, settled), periodic = runs.T, estimates.absent()
     if large.any():
         periodic = estimates.share_over(place[large], settled[large])
-    shares = {"runs of large r": estimates.share_over(place, large), "periodic": periodic}
-    return Measurement(shares)
+    large = estimates.share_over(place, large)
+    return Measurement({"runs of large r": large, "periodic": periodic})
 
 
 # --- how long transients last, and what follows ---------------------------------------------------
