@@ -32,10 +32,11 @@ def _row(evidence, noise, quiet=RUNS):
     return evidence.replicates(N_BLOCKS, noise, scan=RUNS if noise else quiet)
 
 
-def _rows(evidence, quiet):
+def _rows(evidence, scan=RUNS, quiet=""):
     """Rows of all noise levels, of which those of the statements are there."""
-    levels = np.unique(evidence.dataset(RUNS).arrays["noise"]).tolist()
-    rows = {level: _row(evidence, level, quiet) for level in levels}
+    levels = np.unique(evidence.dataset(scan).arrays["noise"]).tolist()
+    scans = {level: scan if level else quiet or scan for level in levels}
+    rows = {level: evidence.replicates(N_BLOCKS, level, scan=of) for level, of in scans.items()}
     require({0.0, 1.0, 2.2} <= rows.keys(), "no runs at sigma = 0, 1 and 2.2")
     return rows
 
@@ -68,7 +69,7 @@ def uc_of_sigma(evidence, quiet):
         transient >= SETTLED,
         f"{RUNS} discards a transient of {transient:g}; near the fall {SETTLED:g} is the least",
     )
-    critical = {level: row.fall["critical"] for level, row in _rows(evidence, quiet).items()}
+    critical = {level: row.fall["critical"] for level, row in _rows(evidence, quiet=quiet).items()}
     changes = {
         f"u_c({upper:g}) - u_c({lower:g})": difference(critical[upper], critical[lower])
         for upper, lower in ((2.2, 0.0), (1.0, 0.0), (2.2, 1.0))
@@ -86,9 +87,7 @@ def uc_sigma22(evidence):
 
 @claim("windows-vanish", DIAGRAMS)
 def windows_vanish(evidence, scan):
-    levels = np.unique(evidence.dataset(scan).arrays["noise"]).tolist()
-    rows = {level: evidence.replicates(N_BLOCKS, level, scan=scan) for level in levels}
-    require({0.0, 1.0, 2.2} <= rows.keys(), "no runs at sigma = 0, 1 and 2.2")
+    rows = _rows(evidence, scan)
     shares = {level: measure.share_in_windows(row, rows[1.0]) for level, row in rows.items()}
     return Measurement({f"at sigma = {level:g}": share for level, share in shares.items()})
 

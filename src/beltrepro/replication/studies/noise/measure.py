@@ -25,7 +25,7 @@ RANGE = (3.0, 15.0)
 LEAST_RUNS = 6
 LEAST_SHARED = 10
 PART = 0.5  # of the axis of u
-BINS = np.linspace(-120.0, 0.0, 201)  # of v_N, where crossings are not yet counted in such
+BINS = np.linspace(-120.0, 0.0, 101)  # of v_N: finer ones are not filled by 500 crossings
 
 
 def share_in_windows(row: Cut, usual: Cut) -> Estimate:
@@ -52,7 +52,9 @@ def _filled(row: Cut) -> np.ndarray:
     counts = row.points.get("section_histogram")
     if counts is None:
         counts = np.array([np.histogram(run, BINS)[0] for run in row.velocities])
-    filled = sections.occupied_bins(counts)
+    every = max(1, counts.shape[1] // (BINS.size - 1))  # of finer bins
+    together = np.add.reduceat(counts, np.arange(0, counts.shape[1], every), axis=1)
+    filled = sections.occupied_bins(together)
     count = f"{np.isfinite(filled).sum()} runs cross the section"
     require(np.isfinite(filled).sum() >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
     return filled
