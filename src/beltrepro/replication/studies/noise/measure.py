@@ -52,11 +52,10 @@ def _filled(row: Cut) -> np.ndarray:
     counts = row.points.get("section_histogram")
     if counts is None:
         counts = np.array([np.histogram(run, BINS)[0] for run in row.velocities])
-    every = max(1, counts.shape[1] // (BINS.size - 1))  # of finer bins
-    together = np.add.reduceat(counts, np.arange(0, counts.shape[1], every), axis=1)
-    filled = sections.occupied_bins(together)
-    count = f"{np.isfinite(filled).sum()} runs cross the section"
-    require(np.isfinite(filled).sum() >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
+    first = np.arange(0, counts.shape[1], max(1, counts.shape[1] // (BINS.size - 1)))
+    filled = sections.occupied_bins(np.add.reduceat(counts, first, axis=1))  # of finer bins
+    crossing = np.isfinite(filled).sum()
+    require(crossing >= LEAST_RUNS, f"{crossing} runs cross the section, {LEAST_RUNS} are needed")
     return filled
 
 
