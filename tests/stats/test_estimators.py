@@ -168,12 +168,10 @@ def test_a_period_is_seen_within_a_tenth_or_a_fiftieth_of_the_range(size, off, p
     assert sections.find_period(np.append(values, [np.nan] * 9)) == period
 
 
-def test_the_occupied_share_by_hand():
-    for counts, share in (([9, 5, 4, 2], 0.03), ([10, 5, 2, 3], 0.03), ([9, 9, 1, 1], 0.02)):
-        values = np.repeat([0.5, 1.5, 2.5, 9.5], counts)  # of 20, 90 % are 18
-        assert sections.occupied_share(values, range=(0, 100)) == share
-    beyond = np.repeat([-5.0, 500.0], [10, 5])
-    assert sections.occupied_share(beyond, range=(0, 100)) == 0.02
+def test_the_occupied_bins_by_hand():
+    counts = [[9, 5, 4, 2], [10, 5, 2, 3], [1, 9, 1, 9], [11, 0, 0, 0]]  # of 20, 90 % are 18
+    assert sections.occupied_bins(counts)[:3].tolist() == [3, 3, 2]
+    assert np.isnan(sections.occupied_bins(counts)[3])  # too few crossings
 
 
 def test_rows_tell_noise_levels_and_order_replicates():

@@ -27,10 +27,13 @@ def fewer_resamples(monkeypatch):
 # --- width of the transition ----------------------------------------------------------------------
 
 
-def falling_runs(edges=(), *, noise=1.0, low=0.02, replicates=8):
+WHOLE = np.arange(6.0, 60)
+
+
+def falling_runs(edges=(), *, noise=1.0, low=0.02, replicates=8, u=WHOLE):
     """Runs whose r has lost 10 % of its fall at the lower edge and 90 % at the upper one."""
     rng = np.random.default_rng(1)
-    u, made = np.arange(6.0, 60), PRINTED | dict(edges)
+    made = PRINTED | dict(edges)
     shares = [0.9 - 0.8 * (u - first) / (last - first) for first, last in made.values()]
     mean = np.repeat(low + (0.13 - low) * np.clip(np.concatenate(shares), 0, 1), replicates)
     disorder = mean * (1 + 0.02 * rng.standard_normal(mean.size))
@@ -38,17 +41,23 @@ def falling_runs(edges=(), *, noise=1.0, low=0.02, replicates=8):
     return scan(sizes, np.tile(u, len(made)), disorder, noise=noise, replicates=replicates)
 
 
+def rows_and_runs(edges=(), **options):
+    """One run at each u of a fine grid, and independent runs."""
+    row = falling_runs(edges, u=np.arange(6.05, 50, 0.1), replicates=1, **options)
+    runs = falling_runs(edges, **options)
+    return {"n5_density": row, "size_density": row, "n5_replicates": runs}
+
+
 @pytest.mark.parametrize(
-    ("edges", "verdicts"),
+    ("edges", "verdict"),
     [
-        ({10: (20, 48)}, (YES, YES)),
-        ({}, (YES, OPEN)),  # wider as printed, which so few runs of ten blocks do not show
-        ({5: (9, 24), 7: (25, 29)}, (IN_PART, IN_PART)),  # narrower
-        ({7: (20, 35), 10: (33, 34)}, (YES, IN_PART)),  # ten blocks narrower than seven
+        ({10: (20, 48)}, YES),
+        ({5: (9, 24), 7: (25, 29)}, IN_PART),  # narrower
+        ({7: (20, 35), 10: (33, 34)}, IN_PART),  # ten blocks narrower than seven
     ],
 )
-def test_regions_where_they_are_printed_and_wider_with_each_size(edges, verdicts):
-    assert both("transition-width", n5_replicates=falling_runs(edges)) == verdicts
+def test_regions_where_they_are_printed_and_wider_with_each_size(edges, verdict):
+    assert both("transition-width", **rows_and_runs(edges)) == (verdict, verdict)
 
 
 @pytest.mark.parametrize(
@@ -60,10 +69,9 @@ def test_regions_where_they_are_printed_and_wider_with_each_size(edges, verdicts
     ],
 )
 def test_the_sharpest_transition(edges, verdict):
-    at_one = falling_runs(edges)
-    quiet = falling_runs(edges, noise=0.0)
-    assert grades("sharpest-at-n5", "replicated", n5_replicates=at_one)[""] == verdict
-    assert grades("sharpest-at-n5", "robust", n5_replicates=quiet)[""] == verdict
+    assert grades("sharpest-at-n5", "replicated", **rows_and_runs(edges))[""] == verdict
+    quiet = rows_and_runs(edges, noise=0.0)
+    assert grades("sharpest-at-n5", "robust", **quiet)[""] == verdict
 
 
 # --- intermittency of ten blocks ------------------------------------------------------------------
@@ -225,20 +233,37 @@ def columns(ratios, *, scatter=0.02, replicates=8):
 @pytest.mark.parametrize(
     ("ratios", "options", "verdict"),
     [
-        ((6.0, 4.0, 3.0, 2.0), {}, YES),
+        ((6.0, 9.0, 3.0, 2.0), {}, YES),
         ((2.0, 3.0, 4.0, 6.0), {}, NO),
         ((6.0, 4.0, 3.0, 2.0), {"replicates": 1}, OPEN),  # single runs tell nothing
     ],
 )
 def test_rises_against_n(ratios, options, verdict):
+    """Of six blocks the rise is reported only."""
     made = columns(ratios, **options)
-    assert both("r-of-sigma-size", size_columns=made) == (verdict, verdict)
+    assert grades("r-of-sigma-size", size_columns=made)[""] == verdict
+
+
+@pytest.mark.parametrize(
+    ("low", "verdict"), [((0.02, 0.03, 0.04, 0.06), YES), ((0.06, 0.04, 0.03, 0.02), NO)]
+)
+def test_rises_beyond_the_fall_of_each_n(low, verdict):
+    """Without noise r is low at 1.1 times u_c, and with strong noise it is as high as ever."""
+    quiet = falling_runs(noise=0.0)
+    sizes, u = quiet.arrays["n_blocks"], quiet.arrays["belt_velocity"]
+    for n, r in zip(SIZES, low, strict=True):
+        quiet.arrays["disorder_parameter"][(sizes == n) & (u >= sum(PRINTED[n]) / 2)] = r
+    noisy = falling_runs(noise=5.0, low=0.129, u=np.arange(6, 50, 0.1), replicates=1)
+    runs = {"n5_replicates": quiet, "n5_density": noisy, "size_density": noisy}
+    assert grades("r-of-sigma-size", "robust", **runs)[""] == verdict
+    rise = measured("r-of-sigma-size", "beyond each fall", **runs).also["N = 6"]
+    assert rise.value == pytest.approx(np.log(0.129 / low[1]), abs=0.1)
 
 
 def test_the_rise_is_measured_at_the_highest_velocity_of_each_n():
     made = measured("r-of-sigma-size", size_columns=columns((6.0, 4.0, 3.0, 2.0)))
     assert made.also["N = 5"].value == pytest.approx(np.log(6), abs=0.05)
-    slope = np.polyfit(SIZES, np.log([6, 4, 3, 2]), 1)[0]
+    slope = np.polyfit((5, 7, 10), np.log([6, 3, 2]), 1)[0]
     assert made.judged["slope over N"].value == pytest.approx(slope, abs=0.02)
 
 

@@ -363,6 +363,8 @@ def fall_orbits():
     slips = np.where(small, small_orbits[run // 2], others[run // 2])
     arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "period_events": slips}
     arrays["state"] = np.where(slips, "periodic", "irregular")
+    arrays |= {"settled": slips > 0, "lifetime": np.where(slips, 100.0 + run, 2000.0)}
+    arrays["initial_spread"] = np.full(u.size, 7.0)
     return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
 
 

@@ -118,16 +118,15 @@ def repeated(states: npt.ArrayLike) -> np.ndarray:
     return again
 
 
-def occupied_share(values: npt.ArrayLike, *, range: tuple[float, float]) -> float:
-    """Smallest share of a hundred bins in `range` that holds 90 % of the values.
+def occupied_bins(counts: npt.ArrayLike) -> np.ndarray:
+    """Fewest bins that hold 90 % of the crossings counted in each row (P, B); NaN for too few.
 
     A measure of how a band diagram is filled that also serves with noise: a periodic orbit fills
     few bins, noise widens its lines, a chaotic band fills a good part of the range.
     """
-    values = np.clip(_crossings(values), *range)
-    count, _ = np.histogram(values, bins=100, range=range)
-    filled = np.cumsum(np.sort(count)[::-1])
-    return float(np.searchsorted(filled, 0.9 * values.size) + 1) / 100
+    held = np.cumsum(np.sort(np.asarray(counts, dtype=float))[:, ::-1], axis=1)
+    bins = 1.0 + np.sum(held < 0.9 * held[:, -1:], axis=1)
+    return np.where(held[:, -1] >= MINIMUM_CROSSINGS, bins, np.nan)
 
 
 def zero_one_test(values: npt.ArrayLike) -> float:

@@ -8,7 +8,7 @@ import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
-from beltrepro.stats.estimates import Estimate, bootstrap, mean, share_of
+from beltrepro.stats.estimates import Estimate, bootstrap, share_of, share_over
 from beltrepro.stats.motion import UNSETTLED
 
 TABLES = {
@@ -92,20 +92,6 @@ def fall_shares(data) -> pd.DataFrame:
             row = {"begin": place * RANGE, "end": end, "runs": share.runs}
             rows.append(row | share.named("share", "low", "high"))
     return pd.DataFrame(rows)
-
-
-def share_over(velocity: np.ndarray, having: np.ndarray) -> Estimate:
-    """Share of runs over a range of u, of equally many at each.
-
-    Its interval covers that of so many runs, and that of the mean of so many velocities.
-    """
-    runs = share_of(having)
-    places = np.unique(velocity)
-    if places.size < 2:
-        return runs
-    between = mean([having[velocity == u].mean() for u in places])
-    low, high = max(0.0, min(runs.low, between.low)), min(1.0, max(runs.high, between.high))
-    return replace(runs, low=low, high=high)
 
 
 # --- what a disturbance clears --------------------------------------------------------------------

@@ -1,17 +1,14 @@
 """Rises of r with noise, its scatter, section velocities and their windows; laminar phases."""
 
-import contextlib
-from collections.abc import Iterable, Sequence
-
 import numpy as np
 import scipy
 
-from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.base.errors import require
 from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
-from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
+from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of, share_over
 from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
 from beltrepro.stats.states import intermittent_mask, laminar_phases
 
@@ -27,60 +24,57 @@ def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
 RANGE = (3.0, 15.0)
 LEAST_RUNS = 6
 LEAST_SHARED = 10
+PART = 0.5  # of the axis of u
+BINS = np.linspace(-120.0, 0.0, 101)  # of v_N: finer ones are not filled by 500 crossings
 
 
 def share_in_windows(row: Cut, usual: Cut) -> Estimate:
     """Share of the runs at 3 <= u <= 15 that fill less than half of the bins of v_N that is usual.
 
-    row : the runs; usual : those whose median run says what is usual, and whose range is binned.
+    Usual is what the median run of `usual` fills. Parts of the axis of u count for the interval,
+    since neighbouring velocities are in one window.
     """
-    velocities = usual.velocities[usual.between(*RANGE)]
-    require(bool(np.isfinite(velocities).any()), "no crossings of the section")
-    span = float(np.nanmin(velocities)), float(np.nanmax(velocities))
-    least = 0.5 * np.median(_filled(velocities, span))
-    return share_of(_filled(row.velocities[row.between(*RANGE)], span) < least)
+    part = row.within(*RANGE)
+    filled, least = _filled(part), 0.5 * np.nanmedian(_filled(usual.within(*RANGE)))
+    place, told = np.ceil(part.belt_velocity / PART - 1e-9), np.isfinite(filled)
+    return share_over(place[told], filled[told] < least)
 
 
 def spread_ratio(row: Cut) -> Estimate:
     """Bins of v_N that the median run fills above u = 25, relative to 3 <= u <= 15."""
-    span = float(np.nanmin(row.velocities)), float(np.nanmax(row.velocities))
-    high = _filled(row.velocities[row.belt_velocity > 25], span)
-    low = _filled(row.velocities[row.between(*RANGE)], span)
-    return estimates.bootstrap(lambda high, low: np.median(high) / np.median(low), [high, low])
+    ends = (25 + 1e-6, np.inf), RANGE
+    filled = [bins[np.isfinite(bins)] for bins in (_filled(row.within(*pair)) for pair in ends)]
+    return estimates.bootstrap(lambda high, low: np.median(high) / np.median(low), filled)
 
 
-def _filled(velocities: np.ndarray, span: tuple[float, float]) -> np.ndarray:
-    """Share of the bins that each run fills; runs that rarely reach the section are left out."""
-    shares = []
-    for of_run in velocities:
-        with contextlib.suppress(NotEnoughDataError):
-            shares.append(sections.occupied_share(of_run, range=span))
-    count = f"{len(shares)} runs cross the section"
-    require(len(shares) >= LEAST_RUNS, f"{count}, {LEAST_RUNS} are needed")
-    return np.array(shares)
+def _filled(row: Cut) -> np.ndarray:
+    """Bins that each run fills; NaN for runs that rarely reach the section."""
+    counts = row.points.get("section_histogram")
+    if counts is None:
+        counts = np.array([np.histogram(run, BINS)[0] for run in row.velocities])
+    first = np.arange(0, counts.shape[1], max(1, counts.shape[1] // (BINS.size - 1)))
+    filled = sections.occupied_bins(np.add.reduceat(counts, first, axis=1))  # of finer bins
+    crossing = np.isfinite(filled).sum()
+    require(crossing >= LEAST_RUNS, f"{crossing} runs cross the section, {LEAST_RUNS} are needed")
+    return filled
 
 
 def scatter_ratio(first: Cut, second: Cut) -> Estimate:
     """Scatter of r about a straight line in 3 <= u <= 15, of one row over that of another."""
-    one, other = _runs_by_velocity(first), _runs_by_velocity(second)
-
-    def statistic(*runs: np.ndarray) -> float:
-        return _scatter(one, runs[: len(one)]) / _scatter(other, runs[len(one) :])
-
-    return estimates.bootstrap(statistic, [*one.values(), *other.values()])
-
-
-def _runs_by_velocity(row: Cut) -> dict[float, np.ndarray]:
-    places = np.unique(row.belt_velocity[row.between(*RANGE)])
-    require(places.size >= 4, f"{places.size} belt velocities in 3 <= u <= 15, 4 are needed")
-    return {float(u): row.disorder[np.isclose(row.belt_velocity, u)] for u in places}
+    scatters = []
+    for row in (first, second):
+        part = row.within(*RANGE)
+        places = np.unique(part.belt_velocity).size
+        require(places >= 4, f"{places} belt velocities in 3 <= u <= 15, 4 are needed")
+        runs = np.column_stack([part.belt_velocity, part.disorder])
+        scatters.append(estimates.over_places(_scatter, part.belt_velocity, runs))
+    return estimates.ratio(*scatters)
 
 
-def _scatter(places: Iterable[float], runs: Sequence[np.ndarray]) -> float:
-    velocity = np.repeat(list(places), [values.size for values in runs])
-    disorder = np.concatenate(runs)
-    line = np.polyval(np.polyfit(velocity, disorder, 1), velocity)
-    return float(np.sqrt(np.mean((disorder - line) ** 2)) / disorder.mean())
+def _scatter(runs: np.ndarray) -> float:
+    disorder, u = runs[:, 1], runs[:, 0] - runs[:, 0].mean()
+    slope = (u @ disorder) / ((u @ u) or 1.0)  # all drawn at one place
+    return float(np.std(disorder - slope * u) / disorder.mean())
 
 
 def distance(table: Cut, runs: Cut) -> Estimate:

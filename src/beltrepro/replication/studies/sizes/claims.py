@@ -1,6 +1,5 @@
 """Claims on other numbers of blocks: transition, motion, effect of noise (Sec. V)."""
 
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -12,42 +11,54 @@ from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats import states
-from beltrepro.stats.estimates import bootstrap, difference, share_of, trend
+from beltrepro.stats import states, transition
+from beltrepro.stats.estimates import bootstrap, difference, over_places, share_of, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 
 # --- the transition -------------------------------------------------------------------------------
 
 
-@claim("transition-width")
-def transition_width(evidence):
+PART = 0.5  # of the axis of u, in which the points of a row count as runs at one place
+
+
+def _fall_of_row(evidence, n_blocks, noise):
+    """The fall of r in a row from the declared start, up to where r rises again."""
+    row = evidence.row(n_blocks, noise, scan=_diagram(n_blocks))
+    row = row.within(*evidence.claim.parameters["rows"][n_blocks])
+    parts = np.ceil(row.belt_velocity / PART - 1e-9) * PART
+    return transition.fall(parts - PART / 2, row.disorder)
+
+
+def _diagram(n_blocks):
+    return "n5_density" if n_blocks == motions.N_BLOCKS else "size_density"
+
+
+def _fall_of_runs(evidence, n_blocks, noise):
+    return evidence.replicates(n_blocks, noise).fall
+
+
+@claim("transition-width", {"one run at each u": _fall_of_row, "independent runs": _fall_of_runs})
+def transition_width(evidence, fall_of):
     """Transition regions at sigma = 1 for N = 5, 7 and 10."""
-    falls, widths = _falls(evidence, map(int, evidence.claim.paper), 1.0)
+    falls = {n: fall_of(evidence, n, 1.0) for n in map(int, evidence.claim.paper)}
     middles = {f"middle, N = {n}": fall["critical"] for n, fall in falls.items()}
     edges = {
         f"{side}, N = {n}": fall[side] for n, fall in falls.items() for side in ("lower", "upper")
     }
     wider = [_wider(falls, more, less) for less, more in pairwise(falls)]
-    return Measurement(middles | dict(wider), edges | widths)
+    return Measurement(middles | dict(wider), edges | _widths(falls))
 
 
-@claim("sharpest-at-n5")
-def sharpest_at_n5(evidence):
+@claim("sharpest-at-n5", {"sigma = 1": (1.0, _fall_of_row), "sigma = 0": (0.0, _fall_of_runs)})
+def sharpest_at_n5(evidence, noise_and_runs):
     """Widths of the transition of six, seven and ten blocks, less that of five."""
-    sizes = evidence.claim.parameters["n_blocks"]
-
-    def wider_than_five(noise):
-        falls, widths = _falls(evidence, (5, *sizes), noise)
-        return Measurement(dict(_wider(falls, n, 5) for n in sizes), widths)
-
-    noises = evidence.claim.parameters["noise"]
-    return {f"sigma = {noise:g}": partial(wider_than_five, noise) for noise in noises}
+    (noise, fall_of), sizes = noise_and_runs, evidence.claim.parameters["n_blocks"]
+    falls = {n: fall_of(evidence, n, noise) for n in (motions.N_BLOCKS, *sizes)}
+    return Measurement(dict(_wider(falls, n, motions.N_BLOCKS) for n in sizes), _widths(falls))
 
 
-def _falls(evidence, sizes, noise):
-    """The fall of r for each number of blocks, and its widths by name."""
-    falls = {n: evidence.replicates(n, noise).fall for n in sizes}
-    return falls, {f"width, N = {n}": fall["width"] for n, fall in falls.items()}
+def _widths(falls):
+    return {f"width, N = {n}": fall["width"] for n, fall in falls.items()}
 
 
 def _wider(falls, more, less):
@@ -179,16 +190,36 @@ def _richest(evidence, names_of):
 # --- noise ----------------------------------------------------------------------------------------
 
 
-@claim("r-of-sigma-size")
+@claim("r-of-sigma-size", "upper edges")
 def r_of_sigma_size(evidence):
-    """Rise of r with noise at the upper edge of the transition, for several N."""
-    scan = evidence.dataset("size_columns").arrays
+    """Rise of r with noise at the upper edge of the printed region; of six blocks there is none."""
+    scan, places = evidence.dataset("size_columns").arrays, evidence.claim.parameters
     rises = {}
-    for n in evidence.claim.parameters["n_blocks"]:
+    for n in (*places["printed"], *places["others"]):
         velocities = scan["belt_velocity"][scan["n_blocks"] == n]
         require(velocities.size, f"size_columns has no runs of {n} blocks")
         rises[n] = measure.rise(evidence.column("size_columns", n, velocities.max()))
+    others = {f"N = {n}": rises.pop(n) for n in places["others"]}
+    measurement = _weaker_with_size(rises)
+    return Measurement(measurement.judged, measurement.also | others)
+
+
+@claim("r-of-sigma-size", "beyond each fall")
+def rise_beyond_each_fall(evidence):
+    """By how much strong noise raises ln r about 1.1 times the velocity at which r falls."""
+    places, rises = evidence.claim.parameters, {}
+    for n in sorted((*places["printed"], *places["others"])):
+        runs = evidence.replicates(n, 0.0)
+        critical = runs.fall["critical"].value
+        require(np.isfinite(critical), f"r of {n} blocks has no fall")
+        ends = [share * critical for share in places["beyond"]]
+        noisy = evidence.row(n, places["noise"], scan=_diagram(n)).within(*ends)
+        rises[n] = difference(*map(_mean_log_r, (noisy, runs.within(*ends))))
     return _weaker_with_size(rises)
+
+
+def _mean_log_r(row):
+    return over_places(np.mean, row.belt_velocity, np.log(row.disorder))
 
 
 EFFECTS = {"section velocities": measure.effect_on_section, "r": measure.effect_on_r}

@@ -50,14 +50,12 @@ def contrast(belt_velocity, disorder):
 
     Velocities are drawn anew, with all their runs: without noise runs at one u often end alike.
     """
-    runs = np.column_stack([belt_velocity, disorder])
-    at_each = [runs[belt_velocity == u] for u in np.unique(belt_velocity)]
 
-    def best_fall(drawn):
-        runs = np.concatenate([at_each[place] for place in drawn])
+    def best_fall(runs):
         return float(np.nan_to_num(transition.contrast_of_step(*runs.T), nan=1.0))
 
-    return estimates.bootstrap(best_fall, [np.arange(len(at_each))])
+    runs = np.column_stack([belt_velocity, disorder])
+    return estimates.over_places(best_fall, belt_velocity, runs)
 
 
 def excess(codes, near):

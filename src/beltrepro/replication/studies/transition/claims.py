@@ -9,7 +9,7 @@ from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, between, settling
+from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, Settling, between
 from beltrepro.stats import estimates, states
 from beltrepro.stats.motion import PERIODIC
 
@@ -22,14 +22,22 @@ LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in
 
 @claim("u7-periodic", SETTLING)
 def u7_periodic(evidence, names):
-    runs = settling(evidence, names)
+    runs = _in_window(evidence, names)
     return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
+
+
+def _in_window(evidence, names):
+    """Runs at the belt velocities of the claim, until they settle."""
+    runs, (low, high) = Settling.of(evidence, *names), evidence.claim.parameters["belt_velocity"]
+    inside = between(runs.arrays["belt_velocity"], low, high)
+    require(inside.any(), f"no runs at {low:g} <= u <= {high:g}")
+    return runs.where(inside)
 
 
 @claim("u20-transient", SCHEME)
 def u20_transient(evidence):
     """How long runs at u = 20 stick now and then, and whether they stop; r of the printed start."""
-    measurement = _transients(evidence, "lifetimes")
+    measurement = _transients(evidence, "lifetimes_wide")
     row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
     disorder = row.within(20, 20).disorder
     require(disorder.size == 1, f"{disorder.size} points of the row at u = 20, one is needed")
@@ -75,26 +83,42 @@ def _at(arrays, **where):
 
 # Scans with independent runs by reading; wider starts are the paper's scheme too.
 RUNS = {SCHEME: "n5_replicates_check", EXACT: "n5_replicates", "wider starts": "n5_replicates_wide"}
+# Ranges of u below the fall and beyond it, each without its end.
+BEFORE, BESIDE, BEYOND = (14.0, 15.05), (17.5, 19.5), (19.5, 21.5)
 
 
-@claim("r-jump", RUNS)
-def r_jump(evidence, scan):
-    """The plateaus of r beside the printed transition region."""
-    before, beyond, low = _sides(evidence, scan)
-    plateaus = {"r_chaotic": before, "r_periodic": low}
-    numbers = {name: estimates.bootstrap(np.median, [r]) for name, r in plateaus.items()}
-    small = estimates.share_of(beyond < states.LARGE_AMPLITUDE)
-    return Measurement(numbers | {"ratio": estimates.ratio(*numbers.values()), "small r": small})
+def _row_from_declared_start(evidence):
+    row = evidence.row(N_BLOCKS, 0.0, scan="n5_density")
+    return row.belt_velocity, row.disorder
 
 
-def _sides(evidence, scan):
-    """r of the runs at 12 <= u <= 15 and 18 <= u <= 21, and of those of small r, if there are."""
-    row = evidence.replicates(N_BLOCKS, 0.0, scan=scan)
-    before, beyond = row.within(12, 15).disorder, row.within(18, 21).disorder
-    counts = f"{before.size} runs below the transition, {beyond.size} beyond it"
-    require(min(before.size, beyond.size) >= LEAST_RUNS, f"{counts}, {LEAST_RUNS} are needed")
-    low = beyond[beyond < states.LARGE_AMPLITUDE]  # others are on attractors of large amplitude
-    return before, beyond, low if low.size >= LEAST_RUNS else beyond
+def _exact_runs(evidence):
+    runs = evidence.dataset("fall_orbits").arrays
+    return runs["belt_velocity"], runs["disorder_parameter"]
+
+
+R_OF_U = {SCHEME: _row_from_declared_start, EXACT: _exact_runs}
+
+
+@claim("r-jump", R_OF_U)
+def r_jump(evidence, r_of_u):
+    """r below the printed region and in two ranges beyond it, of all runs there."""
+    numbers, shares = {}, {}
+    velocity, disorder = r_of_u(evidence)
+    for words, ends in (("", BESIDE), (", 19.5 to 21.5", BEYOND)):
+        place, r = _inside(velocity, disorder, *ends)
+        numbers[f"r_periodic{words}"] = estimates.over_places(np.median, place, r)
+        shares[f"small r{words}"] = estimates.share_over(place, r < states.LARGE_AMPLITUDE)
+    before = estimates.over_places(np.median, *_inside(velocity, disorder, *BEFORE))
+    fall = estimates.ratio(before, numbers["r_periodic"])
+    return Measurement({"r_chaotic": before, **numbers, "ratio": fall, **shares})
+
+
+def _inside(velocity, values, low, high):
+    """The runs with low <= u < high, of which there must be some."""
+    inside = (velocity >= low - 1e-6) & (velocity < high - 1e-6)
+    require(inside.sum() >= LEAST_RUNS, f"{inside.sum()} runs at {low:g} <= u < {high:g}")
+    return velocity[inside], values[inside]
 
 
 @claim("u-critical", RUNS)
@@ -108,69 +132,49 @@ def u_critical(evidence, scan):
     return Measurement(judged, {name: fall[name] for name in ("lower", "upper")})
 
 
-@claim("r-windows", SCHEME)
-def r_windows(evidence):
-    """r of periodic motion beyond the transition over that before it."""
-    before, _, low = _sides(evidence, RUNS[SCHEME])
-    return Measurement({"beyond the transition": _ratio_of_medians(low, before)})
-
-
-@claim("r-windows", EXACT)
-def r_windows_below(evidence):
-    """The same, and r of runs that end periodic below the transition, of any period."""
-    arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
-    chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
-    chosen &= arrays["state"].astype(str) == PERIODIC
-    require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs, {LEAST_RUNS} are needed")
-    before, _, low = _sides(evidence, RUNS[EXACT])
-    return Measurement(
-        {
-            "beyond the transition": _ratio_of_medians(low, before),
-            "periodic below": _ratio_of_medians(arrays["disorder_parameter"][chosen], before),
-        }
-    )
-
-
-def _ratio_of_medians(*samples):
-    return estimates.ratio(*(estimates.bootstrap(np.median, [runs]) for runs in samples))
+@claim("r-windows", R_OF_U)
+def r_windows(evidence, r_of_u):
+    """r beyond the transition over that before it; of exact runs r of all periodic ones below."""
+    jump = r_jump(evidence, r_of_u).judged
+    low = {"beyond the transition": jump["r_periodic"]}
+    if r_of_u is R_OF_U[EXACT]:
+        arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
+        chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
+        chosen &= arrays["state"].astype(str) == PERIODIC
+        require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs")
+        r = arrays["disorder_parameter"][chosen]
+        low["periodic below"] = estimates.bootstrap(np.median, [r])
+    return Measurement({name: estimates.ratio(r, jump["r_chaotic"]) for name, r in low.items()})
 
 
 @claim("outliers", SCHEME)
 def outlying_points(evidence):
-    """Runs of large r beyond the transition, and whether they are irregular.
+    """Points of large r beyond the transition in a row like the paper's, and which are irregular.
 
     The start is declared, so that chance has no part in them.
     """
-    ends = evidence.claim.parameters["points"]
-    large, regular, velocity = _of_large_r(evidence, ends, LEAST_POINTS, "n5_rows")
-    where = ", ".join(f"{place:g}" for place in velocity[large])
+    row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
+    row = row.within(*evidence.claim.parameters["points"])
+    require(row.disorder.size >= LEAST_POINTS, f"{row.disorder.size} points in the row")
+    large = row.disorder >= states.LARGE_AMPLITUDE
+    regular = np.isin(row.states, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
+    where = ", ".join(f"{place:g}" for place in row.belt_velocity[large])
     counts = {"outliers": large.sum(), "irregular": (large & ~regular).sum()}
     return Measurement(estimates.all_sure(counts), note=f"outliers at u = {where}" if where else "")
 
 
 @claim("outliers", EXACT)
 def outlying_runs(evidence):
-    """Shares of the runs of large r beyond the transition."""
-    ends, scans = evidence.claim.parameters["runs"], ("n5_replicates", "n5_replicates_beyond")
-    large, regular, _ = _of_large_r(evidence, ends, LEAST_RUNS, *scans)
-    periodic = estimates.share_of(regular[large]) if large.any() else estimates.absent()
-    return Measurement({"runs of large r": estimates.share_of(large), "periodic": periodic})
-
-
-def _of_large_r(evidence, ends, least, *scans):
-    """Which runs from u = 20 to 22 have more than half the r of chaos, which are regular, and u."""
-    rows = [evidence.row(N_BLOCKS, 0.0, scan=scan) for scan in scans if evidence.has(scan)]
-    rows = [row.within(*ends) for row in rows if row.between(*ends).any()]
-    place = f"{ends[0]:g} <= u <= {ends[1]:g}"
-    require(len(rows), f"no runs at {place} in {' or '.join(scans)}")
-    disorder, look, velocity = (
-        np.concatenate([getattr(row, name) for row in rows])
-        for name in ("disorder", "states", "belt_velocity")
-    )
-    require(disorder.size >= least, f"{disorder.size} runs at {place}, {least} are needed")
-    chaotic, *_ = _sides(evidence, RUNS[SCHEME])
-    regular = np.isin(look, (states.PERIODIC, states.QUASI_PERIODIC, states.CONTINUOUS))
-    return disorder > np.median(chaotic) / 2, regular, velocity
+    """Shares of the runs of large r beyond the transition, and of those that settle."""
+    velocity, disorder = _exact_runs(evidence)
+    settled = evidence.dataset("fall_orbits").arrays["settled"].astype(bool)
+    runs = np.column_stack([disorder >= states.LARGE_AMPLITUDE, settled])
+    place, runs = _inside(velocity, runs, *evidence.claim.parameters["runs"])
+    (large, settled), periodic = runs.T, estimates.absent()
+    if large.any():
+        periodic = estimates.share_over(place[large], settled[large])
+    large = estimates.share_over(place, large)
+    return Measurement({"runs of large r": large, "periodic": periodic})
 
 
 # --- how long transients last, and what follows ---------------------------------------------------
@@ -179,32 +183,39 @@ def _of_large_r(evidence, ends, least, *scans):
 @claim("u7-transient-chaos", SETTLING)
 def u7_transient_chaos(evidence, names):
     """How long runs at u = 7 are irregular before they become periodic, and their exponent then."""
-    runs, shown = settling(evidence, names), evidence.claim.parameters["irregular_for"]
+    runs, shown = _in_window(evidence, names), evidence.claim.parameters["irregular_for"]
     judged = {"ends periodic": runs.ends_periodic}
     judged[f"irregular for {shown}"] = runs.irregular_for(shown)
     also = {"half of the runs settle by": runs.half_life}
     if names != SETTLING[SCHEME]:  # no deviation is followed beside the scheme
-        judged["e-foldings"] = runs.e_foldings
-        also["exponent"] = runs.exponent
+        saddle = measure.saddle(runs.arrays, runs.duration, since=shown)
+        judged["e-foldings"] = saddle.pop("e-foldings")
+        also |= saddle
     return Measurement(judged, also, note=runs.words)
 
 
 @claim("transient-lifetime", SCHEME)
 def time_to_last_stick(evidence):
     """Mean time beyond the transition up to the last stick."""
-    return _lifetimes(evidence, measure.until_last_stick(evidence.dataset("lifetimes_wide")))
+    runs = measure.until_last_stick(evidence.dataset("lifetimes_wide"))
+    measurement = _lifetimes(evidence, runs, runs)
+    return replace(measurement, also=measurement.also | {"u of the longest": runs.longest()})
 
 
 @claim("transient-lifetime", EXACT)
 def time_to_settle(evidence):
-    spread = evidence.claim.parameters["initial_spread"]
-    return _lifetimes(evidence, measure.until_settled(evidence.dataset("survival"), spread))
-
-
-def _lifetimes(evidence, runs):
-    near, far, everywhere = (
-        runs.mean(*evidence.claim.parameters[name]) for name in ("near", "far", "belt_velocity")
+    """Mean time until exact motion rests on any orbit; near the transition of a fine grid."""
+    near, far = (
+        measure.until_settled(evidence.dataset(name), evidence.claim.parameters["spreads"][name])
+        for name in ("fall_orbits", "survival")
     )
+    return _lifetimes(evidence, near, far)
+
+
+def _lifetimes(evidence, near_runs, runs):
+    places = evidence.claim.parameters
+    near = near_runs.mean(*places["near"])
+    far, everywhere = runs.mean(*places["far"]), runs.mean(*places["belt_velocity"])
     for lifetime in (near, far, everywhere):
         require(np.isfinite(lifetime.value), "longer runs are needed for a lifetime")
     judged = {"near over far": estimates.ratio(near, far), "tau": everywhere}
@@ -213,26 +224,25 @@ def _lifetimes(evidence, runs):
 
 @claim("continuous-slip", SCHEME)
 def continuous_slip(evidence):
-    """Share of runs in which the last block slips on at the end, for 18 <= u <= 50."""
-    return _slips_on(evidence, {"18 to 50": "n5_rows"}, start_declared=True)
+    """Share of the velocities, 18 <= u <= 50, at which the last block slips on."""
+    row = evidence.row(N_BLOCKS, 0.0, scan="n5_density")
+    row = row.within(*evidence.claim.parameters["belt_velocity"]["18 to 50"])
+    slips = row.points["laminar_fraction"] > states.LAMINAR_SHARE[1]
+    return Measurement(_named("18 to 50", slips, row.duration))
 
 
 @claim("continuous-slip", EXACT)
 def continuous_slip_of_exact_runs(evidence):
-    """The same, in two ranges of u."""
-    return _slips_on(evidence, {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"})
-
-
-def _slips_on(evidence, scans, *, start_declared=False):
+    """The same of runs, in two ranges of u; they slip on if no stick is in the second half."""
     shares = {}
-    for name, scan in scans.items():
+    for name, scan in {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"}.items():
         row = evidence.row(N_BLOCKS, 0.0, scan=scan)
         row = row.within(*evidence.claim.parameters["belt_velocity"][name])
         last = np.nan_to_num(row.points["last_stick_time"], nan=-np.inf)
-        sticking = last >= (row.transient + row.duration) / 2
-        unknown = sticking & (row.duration < LONG)
-        share = estimates.share_of(~sticking, unknown)
-        if start_declared and not unknown.any():
-            share = estimates.sure(share.value)  # chance has no part in it
-        shares |= {f"slips on, u = {name}": share, f"usual end, u = {name}": share}
+        shares |= _named(name, last < (row.transient + row.duration) / 2, row.duration)
     return Measurement(shares)
+
+
+def _named(ends, slips, duration):
+    share = estimates.share_of(slips, ~slips & (duration < LONG))
+    return {f"{name}, u = {ends}": share for name in ("slips on", "usual end")}

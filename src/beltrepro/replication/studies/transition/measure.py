@@ -5,6 +5,7 @@ last block slips for good. A run on a stick-slip orbit never comes to the second
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -87,6 +88,18 @@ class Ends:
         except NotEnoughDataError as error:
             raise NotEnoughDataError(f"u = {low:g} to {high:g}: {error}") from None
 
+    def longest(self) -> Estimate:
+        """u at which the mean is longest, and the range of those at which it may be."""
+        means = {}
+        for u in np.unique(self.belt_velocity):
+            with suppress(NotEnoughDataError):
+                means[u] = self.mean(u, u)
+        if not means:
+            return estimates.absent()
+        best = max(means, key=lambda u: means[u].value)
+        may = [u for u, mean in means.items() if mean.high >= means[best].low]
+        return Estimate(float(best), float(min(may)), float(max(may)), means[best].runs)
+
 
 def until_settled(runs, spread: float) -> Ends:
     """How long motion from starts of this spread is irregular, until it rests on any orbit.
@@ -104,6 +117,32 @@ def until_last_stick(runs) -> Ends:
     """
     horizon = float(runs.attributes["duration"]) - float(runs.attributes["settle_time"])
     return Ends.of(runs, "escaped", horizon, partial(survival.mean_of_ended, horizon=horizon))
+
+
+def saddle(runs: Mapping[str, np.ndarray], duration: float, *, since: float) -> dict[str, Estimate]:
+    """Exponent, mean lifetime and their product, of motion that is irregular after a time.
+
+    Both are of the survivors, as for a chaotic saddle: the exponent a mean over the time in which
+    runs measure it, the lifetime one over the rate of ends. The runs are of kind settling.
+    """
+    horizon = survival.SEEN * duration
+    late = np.minimum(runs["lifetime"], horizon) >= since
+    lived = survival.observed(runs["lifetime"], runs["settled"], start=since, horizon=horizon)
+    exponent = runs["irregular_exponent"][late]
+    measured = np.where(np.isfinite(exponent), runs["irregular_time"][late], 0.0)
+    sums = np.column_stack([np.nan_to_num(exponent) * measured, measured, *lived])
+
+    statistics: dict[str, Callable[[np.ndarray], float]] = {
+        "exponent": lambda sums: sums[0] / sums[1],
+        "lifetime": lambda sums: sums[2] / sums[3],
+        "e-foldings": lambda sums: sums[0] / sums[1] * sums[2] / sums[3],
+    }
+
+    def over(of: Callable[[np.ndarray], float]) -> Estimate:
+        return estimates.bootstrap(lambda rows: of(rows.sum(axis=0)), [sums])
+
+    with np.errstate(invalid="ignore", divide="ignore"):  # none measured, or none that ended
+        return {name: over(of) for name, of in statistics.items()}
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
