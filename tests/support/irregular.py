@@ -90,6 +90,7 @@ def motion(*, runs=8, transient=2e5, seed=12, **levels):
         "period_events": np.where(irregular, 0, 50),
         "period_returns": np.where(irregular, 0, 5),
         "largest_exponent": value,
+        "nontrivial_exponent": value - 0.01,
         "standard_error": np.full(n.size, 1e-5),
         "disorder_parameter": np.full(n.size, 0.1),
     }

@@ -52,7 +52,10 @@ def check(results: Results) -> None:
 
 
 def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]]:
-    """What a number is, what the paper prints, and what each question gives where they differ."""
+    """What a number is, what the paper prints, and what each question gives where they differ.
+
+    A number that was found by trying several readings says so.
+    """
     for entry in words()["numbers"]:
         claim, name = entry["place"].split(": ")
         paper = results[claim].claim.paper
@@ -60,7 +63,10 @@ def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]
         replicated, robust = (
             number_at(f"{prefix}{entry['place']}", results).words for prefix in ("", _ROBUST)
         )
-        cells = entry["what"], printed, replicated, "" if robust == replicated else robust
+        tried = results[claim].claim.replicated.tried
+        among = f", in 1 of {tried} readings" if tried > 1 else ""
+        robust = "" if robust == replicated else robust
+        cells = entry["what"], printed, f"{replicated}{among}", robust
         yield tuple(map(typeset, cells))
 
 

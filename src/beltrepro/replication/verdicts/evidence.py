@@ -1,6 +1,6 @@
 """Access of claim functions to datasets and tracks: what is missing is said in one line."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -126,17 +126,19 @@ class Evidence:
         """Whether a dataset is there."""
         return name in self._datasets
 
-    def runs(self, *names: str, **where: float) -> tuple[dict[str, np.ndarray], dict]:
+    def runs(
+        self, *names: str, **where: float | Sequence[float]
+    ) -> tuple[dict[str, np.ndarray], dict]:
         """Runs with these values of quantities, from the first of the datasets that has any.
+
+        In place of a value may stand the ends of a range of them.
 
         Returns the arrays of these runs, and the attributes of the dataset. Runs are refused, as in
         `row`, if they discard a transient that is too short.
         """
         for name in filter(self.has, names):
             arrays = self._datasets[name].arrays
-            chosen = np.all(
-                [np.isclose(arrays[key], value) for key, value in where.items()], axis=0
-            )
+            chosen = np.all([_lies(arrays[key], value) for key, value in where.items()], axis=0)
             if chosen.any():
                 attributes = self.dataset(name).attributes
                 _settled(attributes.get("transient", np.inf), name)
@@ -186,8 +188,17 @@ def _settled(transient: float, name: str) -> None:
     )
 
 
-def _nowhere(names: Iterable[str], where: dict[str, float]) -> NotEnoughDataError:
-    place = ", ".join(f"{_SYMBOLS.get(key, key)} = {value:g}" for key, value in where.items())
+def _lies(values: np.ndarray, ends: float | Sequence[float]) -> np.ndarray:
+    return (values >= np.min(ends) - 1e-6) & (values <= np.max(ends) + 1e-6)
+
+
+def _nowhere(
+    names: Iterable[str], where: Mapping[str, float | Sequence[float]]
+) -> NotEnoughDataError:
+    place = ", ".join(
+        f"{_SYMBOLS.get(key, key)} = {' to '.join(map('{:g}'.format, np.atleast_1d(value)))}"
+        for key, value in where.items()
+    )
     return NotEnoughDataError(f"no runs with {place} in {' or '.join(names)}")
 
 
