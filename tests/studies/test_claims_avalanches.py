@@ -226,12 +226,6 @@ def test_a_power_law_is_told_from_an_exponential():
     free, cut, other = of_laws(count=4000), cut_off(), of_laws(size=-1.05, count=4000)
     assert both("soc-power-law", slips_u1=free, slips_u1_event=free) == (YES, YES)
     assert both("soc-power-law", slips_u1=other, slips_u1_event=cut) == (IN_PART, NO)
-    lines = (
-        measured("soc-power-law", slips_u1=free).also,
-        measured("soc-power-law", slips_u1=cut).also,
-    )
-    straight, bent = (one["explained by a line"].value for one in lines)
-    assert straight > 0.98 > bent
     test = measured("soc-power-law", EXACT_TESTED, slips_u1_event=free).judged["p of the power law"]
     assert test.value > 0.1
     energies = measured("soc-power-law", "energies", slips_u1=free).judged["p of the power law"]

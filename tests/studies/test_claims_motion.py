@@ -209,6 +209,18 @@ def test_permanent_chaos_outside_the_windows_of_the_diagram(lasting, verdict):
     assert both("permanent-chaos", **made) == (verdict, verdict)
 
 
+def test_runs_at_one_velocity_that_end_alike_tell_less():
+    made = {"n5_density": diagram(np.arange(12.0, 16))}
+    reach = []
+    for lasting in ([2] * 10, [4, 0] * 5):
+        runs = joined(four_at_each(lasting), IN_WINDOW)
+        numbers = measured("permanent-chaos", survival_scheme=runs, **made).judged
+        share = numbers["irregular for 1e6"]
+        assert share.value == 0.5 and share.runs == 40
+        reach.append(share.high - share.low)
+    assert reach[1] > 1.5 * reach[0]
+
+
 def test_windows_are_those_of_the_diagram_whatever_the_judged_runs_do():
     runs = joined(four_at_each([0] * 10), IN_WINDOW)
     for values, crossings, left in ((21, 5000, 40), (22, 5000, 56), (21, 90, 56)):

@@ -200,11 +200,10 @@ def over_places(
     Runs at one place often end alike, and neighbouring places may have other attractors.
     """
     at_each = [values[place == one] for one in np.unique(place)]
-
-    def of_drawn(drawn: np.ndarray) -> float:
-        return statistic(np.concatenate([at_each[index] for index in drawn]))
-
-    return bootstrap(of_drawn, [np.arange(len(at_each))])
+    return bootstrap(
+        lambda drawn: statistic(np.concatenate([at_each[index] for index in drawn])),
+        [np.arange(len(at_each))],
+    )
 
 
 def share_over(place: np.ndarray, having: np.ndarray) -> Estimate:

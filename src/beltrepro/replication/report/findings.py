@@ -52,10 +52,7 @@ def check(results: Results) -> None:
 
 
 def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]]:
-    """What a number is, what the paper prints, and what each question gives where they differ.
-
-    A number that was found by trying several readings says so.
-    """
+    """What a number is, what the paper prints, and what each question gives where they differ."""
     for entry in words()["numbers"]:
         claim, name = entry["place"].split(": ")
         paper = results[claim].claim.paper

@@ -7,14 +7,14 @@ either, and the interval of a share covers both.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from beltrepro.base.errors import NotEnoughDataError, require
-from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Evidence
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Ends, Evidence
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC, STABLE_CHAOS, TRANSIENT, above_zero
@@ -102,7 +102,6 @@ def looks(
     row = evidence.row(n_blocks, 0.0, scan=scan).within(low, high)
     counts = row.points["section_histogram"].astype(float)
     told = counts.sum(axis=1) >= FEWEST_CROSSINGS
-    require(told.any(), f"{scan}: fewer than {FEWEST_CROSSINGS} crossings at each velocity")
     filled = np.cumsum(np.sort(counts)[:, ::-1], axis=1)
     few = np.sum(filled < MOST_CROSSINGS * filled[:, -1:], axis=1) + 1 <= FEW_VALUES
     part = np.ceil(row.belt_velocity / PART - 1e-9)
@@ -130,7 +129,7 @@ class Settling:
     duration: float
 
     @classmethod
-    def of(cls, evidence: Evidence, *names: str, **place: float | Sequence[float]) -> Settling:
+    def of(cls, evidence: Evidence, *names: str, **place: Ends) -> Settling:
         """Runs of five blocks from the first of the datasets that has some at this place."""
         place |= {"n_blocks": N_BLOCKS, "initial_spread": SPREAD}
         arrays, attributes = evidence.runs(*names, **place)
@@ -142,14 +141,14 @@ class Settling:
         return Settling(sections.select(self.arrays, chosen), self.duration)
 
     def irregular_for(self, time: float) -> Estimate:
-        """Share of the runs that are irregular for a time or longer."""
-        lasting = self.arrays["lifetime"] >= time
-        return estimates.share_of(lasting, ~self.arrays["settled"])
+        """Share of the runs that are irregular for a time or longer.
 
-    @property
-    def settle(self) -> Estimate:
-        """Share of the runs that settle before they are given up."""
-        return estimates.share_of(self.arrays["settled"])
+        Where all runs tell, its interval covers the scatter of velocities, too.
+        """
+        lasting = self.arrays["lifetime"] >= time
+        if np.any(~lasting & ~self.arrays["settled"]):
+            return estimates.share_of(lasting, ~self.arrays["settled"])
+        return estimates.share_over(self.arrays["belt_velocity"], lasting)
 
     @property
     def ends_periodic(self) -> Estimate:
@@ -200,17 +199,13 @@ def settling(evidence: Evidence, names: tuple[str, ...]) -> Settling:
 
 
 def nontrivial_exponent(evidence: Evidence) -> Estimate:
-    """Largest exponent but that of a shift in time of exact runs at their end, median over starts.
-
-    Of five blocks at the belt velocities of the claim; absent where no run has one.
-    """
+    """Median over exact runs at their end of the largest exponent but that of a shift in time."""
     velocities = evidence.claim.parameters["belt_velocity"]
     try:
         arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS, belt_velocity=velocities)
     except NotEnoughDataError:
         return estimates.absent()
-    values = arrays["nontrivial_exponent"]
-    values = values[np.isfinite(values)]
+    values = arrays["nontrivial_exponent"][np.isfinite(arrays["nontrivial_exponent"])]
     return _median(values) if values.size else estimates.absent()
 
 

@@ -18,7 +18,6 @@ from beltrepro.stats.spectra import FIT_BAND
 
 RECORDED = ("slips", "avalanches", "section")
 BINS_PER_DECADE = 5
-LEAST_BINS = 4  # through which a line says anything
 SCALED_COUNT = 100  # values in a bin of densities that are compared: they scatter by a tenth
 SCALED_RESAMPLES = 200  # each bins all values anew
 CUTOFF_QUANTILE = 0.99
@@ -113,26 +112,6 @@ def local_exponents(density: Density, neighbours: int, least: int) -> tuple[np.n
 
 
 # --- self-organised criticality -------------------------------------------------------------------
-
-
-def straightness(binned: Density) -> dict[str, Estimate]:
-    """How much of the scatter of the logarithms of a density a straight line explains.
-
-    The squared correlation of log density and log size over the bins, weighted by their counts.
-    """
-    bins = np.count_nonzero(binned.count)
-    require(bins >= LEAST_BINS, f"{bins} bins have a value, {LEAST_BINS} are needed")
-
-    def explained(drawn):
-        count = drawn.sum(axis=0)
-        filled = count > 0
-        logs = np.log([binned.centre[filled], (count / binned.width)[filled]])
-        scatter = np.cov(logs, aweights=count[filled])
-        return scatter[0, 1] ** 2 / (scatter[0, 0] * scatter[1, 1])
-
-    decades = estimates.sure(np.log10(binned.centre[-1] / binned.centre[0]))
-    straight = estimates.bootstrap(explained, [binned.counts])
-    return {"explained by a line": straight, "decades": decades}
 
 
 def scale_free_fit(sample: ChainValues, *, search: bool = False) -> Measurement:

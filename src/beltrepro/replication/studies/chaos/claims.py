@@ -49,7 +49,7 @@ def u15_aperiodic(evidence, names):
 def _followed(evidence, names):
     """Runs at the belt velocities of the claim, and what is reported of them."""
     runs = motions.settling(evidence, names)
-    also = {"half of the runs settle by": runs.half_life, "settle": runs.settle}
+    also = {"half of the runs settle by": runs.half_life}
     if names != SETTLING[SCHEME]:  # no deviation is followed beside the scheme
         also |= {"exponent": runs.exponent}
         also |= {"nontrivial exponent": motions.nontrivial_exponent(evidence)}
@@ -77,7 +77,7 @@ def permanent_chaos(evidence, names):
             "irregular for 1e6": runs.irregular_for(PERMANENT),
             "velocities with such runs": estimates.share_of(stays, unknown & ~stays),
         },
-        {"half of the runs settle by": runs.half_life, "settle": runs.settle},
+        {"half of the runs settle by": runs.half_life},
         note=f"windows at {windows.size} velocities of the diagram, {note}; {runs.words}",
     )
 
@@ -108,7 +108,6 @@ def chaotic_motions(evidence):
                 np.any(~longest.arrays["settled"] & (longest.arrays["lifetime"] >= PERMANENT))
             ),
         },
-        {"settle": longest.settle},
         note=f"u = {below[0]}: {motions.in_words(runs)}; u = {above[0]}: {longest.words}",
     )
 
