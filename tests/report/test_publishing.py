@@ -17,7 +17,6 @@ from beltrepro.replication.plan import io, registry
 from beltrepro.replication.report import findings, publishing
 from beltrepro.replication.report.claim_results import count, read, statements
 from beltrepro.replication.report.findings import typeset
-from beltrepro.replication.verdicts.criteria import range_in_words
 from beltrepro.replication.verdicts.ledger import load_ledger
 
 ROOT = Path(__file__).parents[2]
@@ -145,16 +144,18 @@ def test_the_article_has_every_statement_with_its_numbers(run):
     texts = (page.extract_text().rstrip() for page in reader.pages)
     words = plain(" ".join(re.sub(r"\n\d+$", "", text) for text in texts))
     results = read(run)
-    entries = [result.claim.statement for result in results.values()]
+    # words and criteria are those of the run, which may be older than the ledger's
+    rows = {row["id"]: row for row in io.read_as_text(run / "claims.csv")}
+    entries = [row["statement"] for row in rows.values()]
     for result in statements(results):
         for question, answer in result.answers.items():
-            lenient = result.claim.criteria[question].lenient
+            criterion = rows[result.id][f"{question}_criterion"].split("; ")
             for number in answer.judged:
                 prefix = "robust " if question == "robust" else ""
                 value = findings.filled(f"{{{prefix}{result.id}: {number.name}}}", results)
-                ranges = number.allowed, lenient.get(number.name, number.allowed)
-                both = " | ".join(dict.fromkeys(map(range_in_words, ranges)))
-                entries.append(f"{number.name} {value} [{both}]")
+                (ranges,) = (one for one in criterion if one.startswith(f"{number.name}: "))
+                ranges = ranges.removeprefix(f"{number.name}: ").rstrip(")")
+                entries.append(f"{number.name} {value} [{ranges.replace(' (lenient: ', ' | ')}]")
     verdicts = count(results)
     tested = sum(verdicts["robust"].values()) - verdicts["robust"]["not testable"]
     entries += [

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
+from beltrepro.replication.studies.chaos.measure import before_settling
 from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import EXACT, Cut, Evidence
@@ -54,18 +56,29 @@ def section(coordinates, *, runs=16, belt_velocity=1.0):
 
 
 @pytest.mark.parametrize(
-    ("dimension", "lifetime", "verdicts", "size"),
-    [
-        (2, 5e5, (YES, IN_PART), 9000),  # of low dimension, but no attractor
-        pytest.param(2, 2e6, (YES, YES), 9000, marks=pytest.mark.thorough),
-        pytest.param(5, 2e6, (NO, IN_PART), 9000, marks=pytest.mark.thorough),
-    ],
+    ("dimension", "verdict"),
+    [(2, YES), pytest.param(5, NO, marks=pytest.mark.thorough)],
 )
-def test_the_section_of_an_attractor(dimension, lifetime, verdicts, size):
-    points = section(np.random.default_rng(1).random((size, dimension)), runs=6)
-    runs = settled([lifetime] * 8, u=1.0, duration=2e6)
-    made = {"slips_u1": points, "slips_u1_event": points, "survival_long": runs}
-    assert both("poincare", **made) == verdicts
+def test_the_section_of_an_attractor(dimension, verdict):
+    points = section(np.random.default_rng(1).random((9000, dimension)), runs=6)
+    runs = settled([2e6] * 8, u=1.0, duration=2e6)
+    made = {"slips_u1": points, "slips_u1_event": points}
+    made |= {"survival_long": runs, "survival_scheme": runs}
+    assert both("poincare", **made) == (verdict, verdict)
+
+
+def test_section_points_count_up_to_where_a_run_repeats_itself():
+    """Seen twice at least; a run that comes back once, or leaves its orbit, has not settled."""
+    irregular = list(np.random.default_rng(2).permutation(np.arange(5, 65)) / 64.0)
+    orbit = [0.01, 0.5, 0.03]
+    made = (irregular + orbit * 4, irregular + orbit, irregular + orbit * 4 + [0.9], irregular)
+    rows = section(np.concatenate(made)[:, None], runs=1).arrays["section"]
+    rows["velocities"][:, 4] = -1.0
+    rows["point"] = np.repeat(np.arange(4), [len(one) for one in made])
+    kept = before_settling(rows)
+    counts = [np.count_nonzero(kept[rows["point"] == run]) for run in range(4)]
+    assert counts == [60, 63, 73, 60]
+    assert before_settling(rows[:0]).size == 0
 
 
 @pytest.mark.thorough
@@ -75,10 +88,12 @@ def test_the_paper_shows_points_of_slips_alone_and_groups_widen_the_interval():
     plane = rng.random((9000, 2))
     points = section(plane)
     points.arrays["section"]["positions"][::3] = rng.random((3000, 5))  # the stuck ones fill space
-    alike = measured("poincare", slips_u1=points).judged["dimension"]
+    runs = settled([2e6] * 8, u=1.0, duration=2e6)
+    alike = measured("poincare", slips_u1=points, survival_scheme=runs).judged["dimension"]
     assert alike.value == pytest.approx(2, abs=0.2)
     plane[np.arange(9000) % 16 < 4, 1] = 0.0  # a quarter of the runs stays on a line
-    apart = measured("poincare", slips_u1=section(plane)).judged["dimension"]
+    made = {"slips_u1": section(plane), "survival_scheme": runs}
+    apart = measured("poincare", **made).judged["dimension"]
     assert apart.high - apart.low > 2 * (alike.high - alike.low)
 
 
@@ -94,23 +109,45 @@ def by_both(lifetime, **options):
     }
 
 
+def near_15(long, count=40, **options):
+    """The same starts at u = 14.5 to 15.5 by both, of which so many are irregular for long."""
+    lifetime = [1e5] * long + [99_999.0] * (count - long)
+    u = np.resize(np.arange(14.5, 15.6, 0.25), count)
+    lost = np.full(8, np.nan)  # exponents of the scheme
+    return {
+        "survival_long": settled(lifetime, u=u, **options),
+        "survival_scheme": settled(lifetime, u=u, **options | {"exponents": lost}),
+    }
+
+
 @pytest.mark.parametrize(("long", "verdict"), [(28, YES), (20, OPEN), (6, NO)])
 def test_aperiodic_motion_at_u15(long, verdict):
-    made = by_both([1e5] * long + [99_999.0] * (40 - long), u=15.0)
-    assert both("u15-aperiodic", **made) == (verdict, verdict)
+    assert both("u15-aperiodic", **near_15(long)) == (verdict, verdict)
 
 
-def test_only_runs_at_the_point_count_and_of_the_exact_ones_the_longest():
+def test_only_runs_about_u15_count_and_without_long_ones_many_at_15():
     """Other velocities, and starts of another spread, are no part of it."""
-    runs = joined(
-        settled([500.0] * 8, u=15.0, spread=1.0),
-        settled([500.0] * 8, u=15.5),
-        settled([1e5] * 8, u=15.0),
-    )
-    made = {"survival": runs, "survival_scheme": runs}
-    assert both("u15-aperiodic", **made) == (YES, YES)
-    longer = settled([500.0] * 8, u=15.0, duration=5e5)
-    assert both("u15-aperiodic", survival_many=longer, **made) == (YES, NO)
+    made = near_15(40)
+    others = [
+        settled([500.0] * 9, u=15.0, spread=1.0),
+        settled([500.0] * 9, u=[14.25, 15.75, 7] * 3),
+    ]
+    made = {name: joined(runs, *others) for name, runs in made.items()}
+    many = settled([500.0] * 8, u=15.0)
+    assert both("u15-aperiodic", survival_many=many, **made) == (YES, YES)
+    made["survival_long"] = others[1]
+    assert both("u15-aperiodic", survival_many=many, **made) == (YES, NO)
+
+
+def test_exponents_are_medians_over_starts_and_the_trivial_one_is_told_apart():
+    runs = settled([1e5] * 9, u=15.0, exponents=[0.0] * 5 + [0.01] * 4)
+    ends = motion_map({5: "p" * 5}, u=np.full(5, 15.0))
+    ends.arrays["nontrivial_exponent"] = np.array([-0.3, -0.002, -0.1, -np.inf, np.nan])
+    made = {"survival_long": runs, "motion_map": ends}
+    also = measured("u15-aperiodic", EXACT, **made).also
+    assert also["exponent"].value == 0.0 and also["nontrivial exponent"].value == -0.1
+    alone = measured("u15-aperiodic", EXACT, survival_long=runs).also
+    assert np.isnan(alone["nontrivial exponent"].value)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +175,16 @@ def test_the_transient_at_u7(lifetime, changes, verdicts):
 
 
 OUTSIDE = np.arange(1.0, 11)  # velocities with four runs each, and four more in a window
-IN_WINDOW = settled([3e3] * 16, u=np.repeat(np.arange(12.0, 16), 4), returns=20, duration=2e6)
+IN_WINDOW = settled([2e6] * 16, u=np.repeat(np.arange(12.0, 16), 4), duration=2e6)
+
+
+def diagram(windows, *, values=20, crossings=5000, u=None, n_blocks=5):
+    """Bifurcation diagram of the scheme that shows so many values in windows, else a band of 90."""
+    u = np.arange(1.0, 16) if u is None else u
+    filled = np.where(np.isin(u, windows), values, 90)
+    counts = crossings / filled[:, None] * (np.arange(120) < filled[:, None])
+    counts[:, -5:] = 0.01 * crossings  # strays, 5 % of the crossings
+    return scan(n_blocks, u, 0.1, method="verlet", section_histogram=counts)
 
 
 def four_at_each(lasting, duration=2e6):
@@ -156,29 +202,37 @@ def four_at_each(lasting, duration=2e6):
         ([0] * 10, NO),
     ],
 )
-def test_permanent_chaos(lasting, verdict):
+def test_permanent_chaos_outside_the_windows_of_the_diagram(lasting, verdict):
     runs = joined(four_at_each(lasting), IN_WINDOW)
     made = {"survival_scheme": runs, "survival_long": runs}
+    made["n5_density"] = diagram(np.arange(12.0, 16))
     assert both("permanent-chaos", **made) == (verdict, verdict)
 
 
-def test_a_window_is_a_velocity_at_which_most_runs_of_the_scheme_end_on_short_orbits():
-    """Long orbits are none, whatever exact motion does there."""
-    exact = joined(four_at_each([0] * 10), IN_WINDOW)
-    half = settled([3e3] * 2 + [2e6] * 2, u=11.0, returns=20, duration=2e6)
-    for more, returns, runs, windows in (
-        (IN_WINDOW, 20, 40, "12, 13, 14, 15"),
-        (IN_WINDOW, 21, 56, "none"),
-        (half, 20, 44, "none"),
-    ):
-        more = Dataset(more.arrays | {"period_returns": np.minimum(returns, 25)
-                                      * more.arrays["settled"]}, more.attributes)  # fmt: skip
-        scheme = joined(four_at_each([4] * 10), more)
-        made = {"survival_scheme": scheme, "survival_long": joined(exact, half)}
+def test_runs_at_one_velocity_that_end_alike_tell_less():
+    made = {"n5_density": diagram(np.arange(12.0, 16))}
+    reach = []
+    for lasting in ([2] * 10, [4, 0] * 5):
+        runs = joined(four_at_each(lasting), IN_WINDOW)
+        numbers = measured("permanent-chaos", survival_scheme=runs, **made).judged
+        share = numbers["irregular for 1e6"]
+        assert share.value == 0.5 and share.runs == 40
+        reach.append(share.high - share.low)
+    assert reach[1] > 1.5 * reach[0]
+
+
+def test_windows_are_those_of_the_diagram_whatever_the_judged_runs_do():
+    runs = joined(four_at_each([0] * 10), IN_WINDOW)
+    for values, crossings, left in ((21, 5000, 40), (22, 5000, 56), (21, 90, 56)):
+        shown = diagram(np.arange(12.0, 16), values=values, crossings=crossings)
+        made = {"survival_scheme": runs, "survival_long": runs, "n5_density": shown}
+        if crossings < 100:  # too few to tell
+            with pytest.raises(NotEnoughDataError):
+                measured("permanent-chaos", **made)
+            continue
         for reading in (None, EXACT):
             measurement = measured("permanent-chaos", *filter(None, [reading]), **made)
-            assert measurement.judged["irregular for 1e6"].runs == runs
-            assert measurement.note.startswith(f"windows at u = {windows}; ")
+            assert measurement.judged["irregular for 1e6"].runs == left
 
 
 @pytest.mark.parametrize(
@@ -200,17 +254,22 @@ def test_bands_and_windows_up_to_u15(letters, chaotic, periodic):
     assert (made["chaotic"], made["periodic"]) == (NO, NO)  # 60 of 460 are chaotic at most
 
 
-def test_bands_and_windows_by_the_look_of_the_section(monkeypatch):
-    row = scan(5, np.repeat(np.linspace(1, 16, 16), 4), 0.1, method="verlet")
-    labels = np.array([states.CHAOTIC] * 45 + [states.PERIODIC] * 12 + [states.UNDECIDED] * 3)
-    labels = np.append(labels, [states.PERIODIC] * 4)  # at u = 16
-    monkeypatch.setattr(Cut, "states", labels)
-    made = measured("bifurcation-sigma0", n5_replicates_check=row).judged
-    assert made["chaotic"].value == 0.75 and made["periodic"].value == 0.2
-    assert made["chaotic"].still_open == 3 and made["chaotic"].runs == 60
-    assert grades("bifurcation-sigma0", n5_replicates_check=row)[""] == YES
-    monkeypatch.setattr(Cut, "states", np.full(64, states.PERIODIC))
-    assert grades("bifurcation-sigma0", n5_replicates_check=row)[""] == NO
+@pytest.mark.parametrize(
+    ("windows", "periodic", "verdict"),
+    [
+        (0.2, 0.2, YES),
+        (0.7, 0.7, NO),
+        (0.0, 0.0, OPEN),
+    ],  # none of so few velocities may be one in a hundred
+)
+def test_bands_and_windows_by_the_look_of_the_diagram(windows, periodic, verdict):
+    """Means over parts of 0.5 in u, each with as many windows as another."""
+    u = np.round(np.arange(1.05, 16.01, 0.05), 2)
+    shown = diagram(u[np.arange(u.size) % 10 < 10 * windows], u=u)
+    made = measured("bifurcation-sigma0", n5_density=shown).judged
+    assert made["periodic"].value == pytest.approx(periodic) and made["periodic"].runs == 280
+    assert made["chaotic"].value == pytest.approx(1 - periodic)
+    assert grades("bifurcation-sigma0", n5_density=shown)[""] == verdict
 
 
 # --- u >= 18 --------------------------------------------------------------------------------------
@@ -229,6 +288,7 @@ def beyond(low, lasting=0, high=40):
     ("low", "lasting", "high", "verdict"),
     [
         ("p" * 90, 0, 40, YES),
+        ("p" * 90, 1, 40, IN_PART),  # a counterexample
         ("p" * 90, 20, 40, IN_PART),
         ("c" * 40 + "p" * 50, 20, 40, NO),
         ("p" * 20, 0, 40, OPEN),  # none of 20 may be up to 17 %

@@ -159,23 +159,26 @@ def test_chaos_dominates_from_five_blocks_on(letters, verdict):
     assert grades("chaos-from-n5", "robust", **chaos_from(letters))[""] == verdict
 
 
-def test_chaos_by_the_look_of_the_section_is_of_the_scheme_below_the_transition():
-    rng = np.random.default_rng(3)
-    u = np.linspace(1, 14, 40)
-    values, rows = rng.uniform(0.1, 0.9, 4 * u.size), []
-    for _ in range(220):  # a logistic map is chaotic
-        values = 4 * values * (1 - values)
-        rows.append(values)
-    velocity = np.array(rows[20:]).T
-    velocity[: u.size // 2] = np.tile([5.0, 9.0], 100)  # half of five blocks are periodic
-    made = scan(
-        np.repeat(SIZES, u.size), np.tile(u, 4), 0.1, section_velocity=velocity,
-        last_stick_time=1e6, laminar_fraction=0.0, laminar_count=0,
-    )  # fmt: skip
-    numbers = measured("chaos-from-n5", size_rows=made, n5_replicates=falling_runs(noise=0.0))
-    assert numbers.judged["chaotic, N = 5"].value == pytest.approx(0.5, abs=0.05)
-    assert numbers.judged["chaotic, N = 10"].value > 0.9
-    assert numbers.also["periodic, N = 5"].value == 0.5
+def test_chaos_by_the_look_of_the_diagram_is_of_the_scheme_below_the_transition():
+    u = np.round(np.arange(0.05, 20.01, 0.05), 2)
+    few = (np.arange(u.size) % 10 < 5) | (u > 16)  # half of five blocks are periodic
+    band = np.full((u.size, 100), 30)
+    five = np.where(few[:, None] & (np.arange(100) >= 20), 0, band)
+    made = {
+        "n5_density": scan(5, u, 0.1, section_histogram=five),
+        "size_density": scan(
+            np.repeat(SIZES[1:], u.size),
+            np.tile(u, 3),
+            0.1,
+            section_histogram=np.tile(band, (3, 1)),
+        ),
+        "n5_replicates": falling_runs(noise=0.0),
+    }
+    numbers = measured("chaos-from-n5", **made)
+    assert numbers.judged["chaotic, N = 5"].value == pytest.approx(0.5, abs=0.03)
+    assert numbers.judged["chaotic, N = 10"].value == 1.0
+    assert numbers.also["periodic, N = 5"].value == pytest.approx(0.5, abs=0.03)
+    assert grades("chaos-from-n5", **made)["periodic share over N"] == YES
 
 
 ALL = (2, 3, 4, *SIZES)

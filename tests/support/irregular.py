@@ -90,7 +90,7 @@ def motion(*, runs=8, transient=2e5, seed=12, **levels):
         "period_events": np.where(irregular, 0, 50),
         "period_returns": np.where(irregular, 0, 5),
         "largest_exponent": value,
-        "nontrivial_exponent": np.where(irregular, value, -0.01),
+        "nontrivial_exponent": value - 0.01,
         "erased": np.where(irregular, n, 1),
         "standard_error": np.full(n.size, 1e-5),
         "disorder_parameter": np.full(n.size, 0.1),

@@ -213,8 +213,10 @@ def test_runs_come_from_the_first_dataset_that_has_any():
     assert data.used == ["b"]
     arrays, _ = data.runs("a", "b", n_blocks=6)
     assert arrays["u"].tolist() == [2.0] and data.used == ["b", "a"]
-    with pytest.raises(NotEnoughDataError, match=r"N = 7, u = 2\.5 in a or b"):
-        data.runs("a", "b", n_blocks=7, u=2.5)
+    arrays, _ = data.runs("a", "b", n_blocks=(5, 6), u=(0.5, 2.0))
+    assert arrays["u"].tolist() == [1.0, 2.0]
+    with pytest.raises(NotEnoughDataError, match=r"N = 7, u = 2\.5 to 3 in a or b"):
+        data.runs("a", "b", n_blocks=7, u=(2.5, 3.0))
     datasets["b"].attributes["transient"] = 4999.0
     with pytest.raises(NotEnoughDataError, match="b discards a transient of 4999"):
         data.runs("b", n_blocks=5)

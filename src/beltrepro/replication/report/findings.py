@@ -66,7 +66,10 @@ def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]
         replicated, robust = (
             number_at(f"{prefix}{entry['place']}", results).words for prefix in ("", _ROBUST)
         )
-        cells = entry["what"], printed, replicated, "" if robust == replicated else robust
+        tried = results[claim].claim.replicated.tried
+        among = f", in 1 of {tried} readings" if tried > 1 else ""
+        robust = "" if robust == replicated else robust
+        cells = entry["what"], printed, f"{replicated}{among}", robust
         yield tuple(map(typeset, cells))
 
 

@@ -58,6 +58,7 @@ def set_article(run: Path) -> bytes:
     content = {
         "run": f"/{run.absolute().relative_to(Path.cwd())}",
         "version": io.said(run / "claims.csv").get("code_version", "1.0"),
+        "kinds": {result.id: result.claim.kind for result in results.values()},
         "numbers": dict(_numbers(results)),
         "why": [one.parts for one in findings.findings_of(results, "why")],
         "measured": list(findings.printed_and_measured(results)),

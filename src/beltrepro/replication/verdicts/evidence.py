@@ -1,6 +1,6 @@
 """Access of claim functions to datasets and tracks: what is missing is said in one line."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -15,6 +15,7 @@ from beltrepro.stats.estimates import Estimate
 # the transient instead of the state that follows, so it cannot test claims about that state.
 SETTLED_TRANSIENT = 5000.0
 _SYMBOLS = {"n_blocks": "N", "belt_velocity": "u", "noise": "sigma"}  # of the paper
+Ends = float | Sequence[float]  # a value, or the ends of a range
 SCHEME, EXACT = "the paper's scheme", "exact dynamics"  # names of readings
 SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
 SCANS_WITH_REPLICATES = ("n5_replicates", "size_replicates")
@@ -126,17 +127,15 @@ class Evidence:
         """Whether a dataset is there."""
         return name in self._datasets
 
-    def runs(self, *names: str, **where: float) -> tuple[dict[str, np.ndarray], dict]:
-        """Runs with these values of quantities, from the first of the datasets that has any.
+    def runs(self, *names: str, **where: Ends) -> tuple[dict[str, np.ndarray], dict]:
+        """Runs with these values of quantities, or in these ranges, from the first that has any.
 
         Returns the arrays of these runs, and the attributes of the dataset. Runs are refused, as in
         `row`, if they discard a transient that is too short.
         """
         for name in filter(self.has, names):
             arrays = self._datasets[name].arrays
-            chosen = np.all(
-                [np.isclose(arrays[key], value) for key, value in where.items()], axis=0
-            )
+            chosen = np.all([_lies(arrays[key], value) for key, value in where.items()], axis=0)
             if chosen.any():
                 attributes = self.dataset(name).attributes
                 _settled(attributes.get("transient", np.inf), name)
@@ -186,8 +185,15 @@ def _settled(transient: float, name: str) -> None:
     )
 
 
-def _nowhere(names: Iterable[str], where: dict[str, float]) -> NotEnoughDataError:
-    place = ", ".join(f"{_SYMBOLS.get(key, key)} = {value:g}" for key, value in where.items())
+def _lies(values: np.ndarray, ends: Ends) -> np.ndarray:
+    return (values >= np.min(ends) - 1e-6) & (values <= np.max(ends) + 1e-6)
+
+
+def _nowhere(names: Iterable[str], where: Mapping[str, Ends]) -> NotEnoughDataError:
+    texts = {
+        key: " to ".join(map("{:g}".format, np.atleast_1d(ends))) for key, ends in where.items()
+    }
+    place = ", ".join(f"{_SYMBOLS.get(key, key)} = {text}" for key, text in texts.items())
     return NotEnoughDataError(f"no runs with {place} in {' or '.join(names)}")
 
 

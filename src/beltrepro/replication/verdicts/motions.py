@@ -7,13 +7,14 @@ either, and the interval of a share covers both.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from beltrepro.base.errors import require
-from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Evidence
+from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Ends, Evidence
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC, STABLE_CHAOS, TRANSIENT, above_zero
@@ -27,6 +28,10 @@ SETTLING = {
 }
 SPREAD = 10.0  # of their starts
 MINIMUM_EXPONENTS = 3
+# By the look of a diagram motion is periodic if so few values, as an eye can tell apart, hold nine
+# crossings in ten; with fewer crossings it cannot be told.
+FEW_VALUES, MOST_CROSSINGS, FEWEST_CROSSINGS = 20, 0.9, 100
+PART = 0.5  # of the axis of u
 
 
 # --- runs of a given length -----------------------------------------------------------------------
@@ -84,6 +89,30 @@ def in_words(runs: pd.DataFrame) -> str:
     return f"{text} ({runs['open'].sum()} of {len(runs)} are open)"
 
 
+def looks(
+    evidence: Evidence, n_blocks: int, low: float, high: float
+) -> tuple[dict[str, Estimate], np.ndarray, str]:
+    """Shares of a bifurcation diagram without noise that look chaotic and periodic.
+
+    One run of the paper's scheme from the declared start at each u shows few values or many, in
+    which a long period looks like chaos. Neighbouring velocities look alike: the intervals are over
+    parts of the axis of u. Velocities with few values, too, and a note.
+    """
+    scan = "n5_density" if n_blocks == N_BLOCKS else "size_density"
+    row = evidence.row(n_blocks, 0.0, scan=scan).within(low, high)
+    counts = row.points["section_histogram"].astype(float)
+    told = counts.sum(axis=1) >= FEWEST_CROSSINGS
+    filled = np.cumsum(np.sort(counts)[:, ::-1], axis=1)
+    few = np.sum(filled < MOST_CROSSINGS * filled[:, -1:], axis=1) + 1 <= FEW_VALUES
+    part = np.ceil(row.belt_velocity / PART - 1e-9)
+    shares = {
+        name: estimates.share_over(part[told], having[told])
+        for name, having in ((CHAOTIC, ~few), (PERIODIC, few))
+    }
+    words = f"N = {n_blocks}: {told.sum()} of {told.size} velocities"
+    return shares, row.belt_velocity[few & told], words
+
+
 def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
     """Mask of low <= value <= high, to the rounding of a grid."""
     return (values >= low - 1e-9) & (values <= high + 1e-9)
@@ -100,7 +129,7 @@ class Settling:
     duration: float
 
     @classmethod
-    def of(cls, evidence: Evidence, *names: str, **place: float) -> Settling:
+    def of(cls, evidence: Evidence, *names: str, **place: Ends) -> Settling:
         """Runs of five blocks from the first of the datasets that has some at this place."""
         place |= {"n_blocks": N_BLOCKS, "initial_spread": SPREAD}
         arrays, attributes = evidence.runs(*names, **place)
@@ -112,9 +141,14 @@ class Settling:
         return Settling(sections.select(self.arrays, chosen), self.duration)
 
     def irregular_for(self, time: float) -> Estimate:
-        """Share of the runs that are irregular for a time or longer."""
+        """Share of the runs that are irregular for a time or longer.
+
+        Where all runs tell, its interval covers the scatter of velocities, too.
+        """
         lasting = self.arrays["lifetime"] >= time
-        return estimates.share_of(lasting, ~self.arrays["settled"])
+        if np.any(~lasting & ~self.arrays["settled"]):
+            return estimates.share_of(lasting, ~self.arrays["settled"])
+        return estimates.share_over(self.arrays["belt_velocity"], lasting)
 
     @property
     def ends_periodic(self) -> Estimate:
@@ -131,18 +165,22 @@ class Settling:
 
     @property
     def exponent(self) -> Estimate:
-        """Mean largest exponent of the irregular motion; absent if all settled too soon for one."""
-        return self._mean_over_runs(self.arrays["irregular_exponent"])
+        """Median largest exponent of the irregular motion; absent if all settled too soon for one.
+
+        It hides its sign: that of a shift in time, which is zero, is among those of each run.
+        """
+        return self._over_runs(self.arrays["irregular_exponent"], _median)
 
     @property
     def e_foldings(self) -> Estimate:
         """Mean number of times by which a small deviation grows e-fold until a run settles."""
-        return self._mean_over_runs(self.arrays["irregular_exponent"] * self.arrays["lifetime"])
+        growth = self.arrays["irregular_exponent"] * self.arrays["lifetime"]
+        return self._over_runs(growth, estimates.mean)
 
-    def _mean_over_runs(self, values: np.ndarray) -> Estimate:
+    def _over_runs(self, values: np.ndarray, typical: Callable[[np.ndarray], Estimate]) -> Estimate:
         values = values[np.isfinite(values)]
         if values.size >= MINIMUM_EXPONENTS:
-            return estimates.mean(values)
+            return typical(values)
         settled = self.arrays["settled"]
         require(settled.all(), f"{self.words}: longer runs are needed for an exponent")
         return estimates.absent(settled.size)
@@ -156,5 +194,20 @@ class Settling:
 
 
 def settling(evidence: Evidence, names: tuple[str, ...]) -> Settling:
-    """Runs at the belt velocity of the claim, from the first of the datasets that has some."""
+    """Runs at the belt velocities of the claim, from the first of the datasets that has some."""
     return Settling.of(evidence, *names, belt_velocity=evidence.claim.parameters["belt_velocity"])
+
+
+def nontrivial_exponent(evidence: Evidence) -> Estimate:
+    """Median over exact runs at their end of the largest exponent but that of a shift in time."""
+    velocities = evidence.claim.parameters["belt_velocity"]
+    try:
+        arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS, belt_velocity=velocities)
+    except NotEnoughDataError:
+        return estimates.absent()
+    values = arrays["nontrivial_exponent"][np.isfinite(arrays["nontrivial_exponent"])]
+    return _median(values) if values.size else estimates.absent()
+
+
+def _median(values: np.ndarray) -> Estimate:
+    return estimates.bootstrap(np.median, [values])

@@ -33,7 +33,7 @@ def spectrum_exponent(evidence):
         "amplitude, fit for 0.01 to 1": partial(amplitude, band=(0.01, 1.0)),
         "amplitude, fit for 0.001 to 0.1": partial(amplitude, band=(0.001, 0.1)),
         "power": partial(_law, evidence, "u1"),
-        "power, exact dynamics": partial(_halves, evidence),
+        "amplitude, exact dynamics": partial(_halves, evidence, "u1_event"),
     }
 
 
@@ -45,20 +45,17 @@ def _exponent(evidence, name, **how):
     return _law(evidence, name, **how).judged["exponent"]
 
 
-def _halves(evidence):
+def _halves(evidence, name):
     """A power law has one exponent in both halves of the range."""
-    law = _law(evidence, "u1_event")
+    law = _law(evidence, name, amplitude=True)
     low, high = measure.FIT_BAND
     middle = (low * high) ** 0.5
     lower, upper = (
-        _exponent(evidence, "u1_event", band=band) for band in ((low, middle), (middle, high))
+        _exponent(evidence, name, band=band, amplitude=True)
+        for band in ((low, middle), (middle, high))
     )
-    also = {
-        "amplitude": _exponent(evidence, "u1_event", amplitude=True),
-        "by the scheme": _exponent(evidence, "u1"),
-    }
     change = {"upper minus lower half": estimates.difference(upper, lower)}
-    return Measurement(law.judged | change, also, law.note)
+    return Measurement(law.judged | change, {"of the power": _exponent(evidence, name)}, law.note)
 
 
 @claim("one-over-f", "amplitude")
@@ -121,7 +118,7 @@ def _exponents(evidence, sample_of, others):
     return {
         "line through all bins": line,
         "10 bins a decade": partial(line, bins_per_decade=10),
-        "maximum likelihood": partial(_likely_exponent, evidence, sample_of),
+        EXACT: partial(_tested_line, evidence, sample_of),
     } | {name: partial(_line, other(catalogue)) for name, other in others.items()}
 
 
@@ -134,12 +131,12 @@ def _line(sample, **how):
     )
 
 
-def _likely_exponent(evidence, sample_of):
-    """With the test of a power law, of exact dynamics; beside it the line of the scheme."""
+def _tested_line(evidence, sample_of):
+    """The same line of exact dynamics, and the test of a power law by maximum likelihood."""
     sample = sample_of(_catalogue(evidence, "slips_u1_event"))
     law = measure.scale_free_fit(sample)
-    also = law.also | {"line through all bins": _line(sample).judged["exponent"]}
-    return Measurement({"exponent": law.also["exponent"]} | law.judged, also, law.note)
+    also = {"decades": law.also["decades"], "by maximum likelihood": law.also["exponent"]}
+    return Measurement(_line(sample).judged | law.judged, also, law.note)
 
 
 # --- self-organised criticality -------------------------------------------------------------------
@@ -153,12 +150,20 @@ def soc_power_law(evidence):
         return measure.scale_free_fit(sample_of(_catalogue(evidence, name)), **how)
 
     return {
+        "lines through all bins": partial(_lines, evidence),
         SCHEME: partial(fit, "slips_u1", slip_sizes),
         f"{EXACT}, in the range that fits best": partial(
             fit, "slips_u1_event", slip_sizes, search=True
         ),
         "energies": partial(fit, "slips_u1", avalanche_energies),
     }
+
+
+def _lines(evidence):
+    """Slopes of the straight lines that the authors draw."""
+    catalogue = _catalogue(evidence, "slips_u1")
+    samples = {"slip size": slip_sizes(catalogue), "energy": avalanche_energies(catalogue)}
+    return Measurement({name: _line(one).judged["exponent"] for name, one in samples.items()})
 
 
 @claim("soc-cutoff", CATALOGUES)

@@ -12,78 +12,74 @@ from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, Settling, between
+from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, Settling
 from beltrepro.stats import estimates, states
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 
 PERMANENT = 1e6  # which the paper discards before it looks
-SAME_STARTS = {SCHEME: "survival_scheme", EXACT: "survival_long"}
+SAME_STARTS = {SCHEME: ("survival_scheme",), EXACT: ("survival_long",)}
+CATALOGUES = {SCHEME: "slips_u1", EXACT: "slips_u1_event"}
+# `survival_many` where a preset has no long runs there
+NEAR_15 = SAME_STARTS | {EXACT: (*SAME_STARTS[EXACT], "survival_many")}
 
 
-@claim("poincare", SCHEME)
-def section_of_scheme(evidence):
-    """Correlation dimension of the section points that the paper shows."""
-    catalogue = evidence.dataset("slips_u1")
+@claim("poincare", {SCHEME: SCHEME, EXACT: EXACT})
+def section_of_attractor(evidence, reading):
+    """Dimension of the section points that the paper shows, of runs that have not yet settled."""
+    catalogue = evidence.dataset(CATALOGUES[reading])
+    runs, also = _followed(evidence, SETTLING[reading])
     points = catalogue.arrays["section"]
+    points = points[measure.before_settling(points)]
     moving = points["velocities"][:, -1] < catalogue.attributes["belt_velocity"] - 1e-6
     groups = evidence.claim.parameters["groups"]
-    return Measurement({"dimension": measure.section_dimension(points[moving], groups)})
+    return Measurement(
+        {"dimension": measure.section_dimension(points[moving], groups)},
+        also | {"irregular for 1e6": runs.irregular_for(PERMANENT)},
+        note=f"{moving.sum()} section points; {runs.words}",
+    )
 
 
-@claim("poincare", EXACT)
-def attractor(evidence):
-    """Dimension of all section points; of a chaotic attractor, the motion on it does not end."""
-    points = evidence.dataset("slips_u1_event").arrays["section"]
-    whole = measure.section_dimension(points, evidence.claim.parameters["groups"])
-    runs = motions.settling(evidence, SETTLING[EXACT])
-    judged = {"dimension": whole, "irregular for 1e6": runs.irregular_for(PERMANENT)}
-    also = {"irregular for 1e5": runs.irregular_for(LONG), "exponent": runs.exponent}
-    return Measurement(judged, also, note=runs.words)
-
-
-@claim("u15-aperiodic", SETTLING)
+@claim("u15-aperiodic", NEAR_15)
 def u15_aperiodic(evidence, names):
-    runs = motions.settling(evidence, names)
-    also = {"half of the runs settle by": runs.half_life, "end periodic": runs.ends_periodic}
-    if names != SETTLING[SCHEME]:  # no deviation is followed beside the scheme
-        also["exponent"] = runs.exponent
+    runs, also = _followed(evidence, names)
+    also |= {"end periodic": runs.ends_periodic}
     return Measurement({"irregular for 1e5": runs.irregular_for(LONG)}, also, note=runs.words)
 
 
+def _followed(evidence, names):
+    """Runs at the belt velocities of the claim, and what is reported of them."""
+    runs = motions.settling(evidence, names)
+    also = {"half of the runs settle by": runs.half_life}
+    if names != SETTLING[SCHEME]:  # no deviation is followed beside the scheme
+        also |= {"exponent": runs.exponent}
+        also |= {"nontrivial exponent": motions.nontrivial_exponent(evidence)}
+    return runs, also
+
+
 @claim("permanent-chaos", SAME_STARTS)
-def permanent_chaos(evidence, name):
-    """Share of runs that stay irregular for u <= 15 outside the windows, and of velocities."""
-    velocities, note = _outside_windows(evidence)
-    runs = Settling.of(evidence, name)
+def permanent_chaos(evidence, names):
+    """Share of runs that stay irregular for u <= 15 outside the windows, and of velocities.
+
+    A window is what the bifurcation diagram shows as one: other runs, from the declared start.
+    """
+    low, high = evidence.claim.parameters["belt_velocity"]
+    windows, note = motions.looks(evidence, N_BLOCKS, low, high)[1:]
+    runs = Settling.of(evidence, *names, belt_velocity=(low, high))
     at = runs.arrays["belt_velocity"]
-    missing = velocities[~np.isin(velocities, at)]
-    require(not missing.size, f"{name} has no runs at u = {', '.join(map('{:g}'.format, missing))}")
-    at_each = [runs.where(at == u).irregular_for(PERMANENT) for u in velocities]
+    runs = runs.where(~np.isclose(at[:, None], windows, atol=1e-6).any(axis=1))
+    at = runs.arrays["belt_velocity"]
+    require(at.size, "for u <= 15 all runs are in windows")
+    at_each = [runs.where(at == u).irregular_for(PERMANENT) for u in np.unique(at)]
     stays = np.array([share.value > 0 for share in at_each])
     unknown = np.array([share.still_open > 0 for share in at_each])
-    runs = runs.where(np.isin(at, velocities))
     return Measurement(
         {
             "irregular for 1e6": runs.irregular_for(PERMANENT),
             "velocities with such runs": estimates.share_of(stays, unknown & ~stays),
         },
-        {"longest": estimates.sure(runs.arrays["lifetime"].max())},
-        note=f"{note}; {runs.words}",
+        {"half of the runs settle by": runs.half_life},
+        note=f"windows at {windows.size} velocities of the diagram, {note}; {runs.words}",
     )
-
-
-def _outside_windows(evidence):
-    """Velocities at which most runs of the scheme do not end on an orbit of few returns."""
-    runs = Settling.of(evidence, SAME_STARTS[SCHEME]).arrays
-    low, high = evidence.claim.parameters["belt_velocity"]
-    velocities = np.unique(runs["belt_velocity"])
-    velocities = velocities[between(velocities, low, high)]
-    returns = runs["period_returns"]
-    few = (returns >= 1) & (returns <= evidence.claim.parameters["window_returns"])
-    window = np.array([few[runs["belt_velocity"] == u].mean() > 1 / 2 for u in velocities])
-    require(not window.all(), "for u <= 15 most runs end in a window at each velocity")
-    words = ", ".join(map("{:g}".format, velocities[window])) or "none"
-    return velocities[~window], f"windows at u = {words}"
 
 
 @claim("no-permanent-chaos", SCHEME)
@@ -103,31 +99,25 @@ def chaotic_motions(evidence):
     """Runs that are chaotic, and above u = 41, where this lasts, those irregular for a million."""
     below, above = evidence.claim.parameters["belt_velocity"].items()
     runs = motions.runs(evidence, N_BLOCKS, *below[1], besides="survival")
-    longest = Settling.of(evidence, "survival_long")
-    longest = longest.where(between(longest.arrays["belt_velocity"], *above[1]))
-    require(longest.arrays["settled"].size, f"survival_long has no runs at u = {above[0]}")
+    longest = Settling.of(evidence, "survival_long", belt_velocity=above[1])
     return Measurement(
         {
             f"chaotic, u = {below[0]}": motions.share(runs, CHAOTIC),
             f"irregular for 1e6, u = {above[0]}": longest.irregular_for(PERMANENT),
+            "a run irregular to its end": estimates.sure(
+                np.any(~longest.arrays["settled"] & (longest.arrays["lifetime"] >= PERMANENT))
+            ),
         },
-        {"unsettled at the end": estimates.share_of(~longest.arrays["settled"])},
         note=f"u = {below[0]}: {motions.in_words(runs)}; u = {above[0]}: {longest.words}",
     )
 
 
 @claim("bifurcation-sigma0", SCHEME)
 def bands_by_look(evidence):
-    """Chaotic bands and periodic windows for u <= 15, by the look of the section."""
-    row = evidence.replicates(N_BLOCKS, 0.0, scan="n5_replicates_check")
-    labels = row.states[row.between(*evidence.claim.parameters["belt_velocity"])]
-    require(labels.size, "no runs for u <= 15")
-    unknown = np.isin(labels, (states.TRANSIENT, states.UNDECIDED))
-    looks = {"chaotic": states.CHAOTIC, "periodic": states.PERIODIC}
-    return Measurement(
-        {name: estimates.share_of(labels == look, unknown) for name, look in looks.items()},
-        note=f"{unknown.sum()} of {labels.size} runs could not be named",
-    )
+    """Chaotic bands and periodic windows for u <= 15, by the look of the diagram."""
+    ends = evidence.claim.parameters["belt_velocity"]
+    shares, _, note = motions.looks(evidence, N_BLOCKS, *ends)
+    return Measurement(shares, note=note)
 
 
 @claim("bifurcation-sigma0", EXACT)

@@ -101,13 +101,34 @@ POINTS_OF_GROUP = 700  # section points, of which a dimension needs 500; groups 
 FEWEST_GROUPS = 3
 
 
+def before_settling(points: np.ndarray) -> np.ndarray:
+    """Which section points come before their run repeats itself to its end, seen twice or more."""
+    coordinates, kept = _coordinates(points), np.ones(points.size, dtype=bool)
+    limit = sections.NEAR * np.max(np.ptp(coordinates, axis=0)) if points.size else 0.0
+    for run in np.unique(points["point"]):
+        rows = np.flatnonzero(points["point"] == run)
+        states = coordinates[rows]
+        again = np.flatnonzero(np.abs(states[:-1] - states[-1]).max(axis=1) < limit)
+        if again.size:
+            period = rows.size - 1 - again[-1]
+            apart = np.abs(states[period:] - states[:-period]).max(axis=1)
+            since = np.flatnonzero(apart >= limit).max(initial=-1) + 1
+            if rows.size - since >= 2 * period:
+                kept[rows[since:]] = False
+    return kept
+
+
+def _coordinates(points: np.ndarray) -> np.ndarray:
+    """All but x_2, which is the same at all points."""
+    return np.hstack([np.delete(points["positions"], 1, axis=1), points["velocities"]])
+
+
 def section_dimension(points: np.ndarray, n_groups: int) -> Estimate:
-    """Correlation dimension in all coordinates but x_2, which is the same at all points.
+    """Correlation dimension of section points in their nine coordinates.
 
     The scatter of groups of runs and the error of the fit are in its interval.
     """
-    positions, velocities = points["positions"], points["velocities"]
-    coordinates = np.hstack([np.delete(positions, 1, axis=1), velocities])
+    coordinates = _coordinates(points)
     runs, place = np.unique(points["point"], return_inverse=True)
     n_groups = min(n_groups, runs.size, points.size // POINTS_OF_GROUP)
     require(n_groups >= FEWEST_GROUPS, f"{points.size} section points are too few")

@@ -11,8 +11,8 @@ from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.stats import states, transition
-from beltrepro.stats.estimates import bootstrap, difference, over_places, share_of, trend
+from beltrepro.stats import transition
+from beltrepro.stats.estimates import bootstrap, difference, over_places, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 
 # --- the transition -------------------------------------------------------------------------------
@@ -120,24 +120,23 @@ def _below_transition(evidence):
     return {n: parameters["without_transition"] if np.isnan(u) else u for n, u in edges.items()}
 
 
-@claim("chaos-from-n5", "by the look of the section")
+@claim("chaos-from-n5", "by the look of the diagram")
 def chaos_by_look(evidence):
-    """Chaos and periodic motion below the transition of five and more blocks, in single runs."""
-    shares = {}
-    for n, high in _below_transition(evidence).items():
-        row = evidence.row(n, 0.0)
-        labels = row.states[row.between(0.0, high)]
-        labels = labels[~np.isin(labels, (states.TRANSIENT, states.UNDECIDED))]
-        require(labels.size >= 4, f"{labels.size} named runs of {n} blocks, 4 are needed")
-        shares[n] = share_of(labels == states.CHAOTIC), share_of(labels == states.PERIODIC)
-    return _chaos(shares)
+    """Chaos and periodic motion below the transition of five and more blocks."""
+    ends = _below_transition(evidence)
+    made = {n: motions.looks(evidence, n, 0.0, high) for n, high in ends.items()}
+    shares = {n: (looks[CHAOTIC], looks[PERIODIC]) for n, (looks, _, _) in made.items()}
+    return _chaos(shares, "; ".join(words for _, _, words in made.values()))
 
 
 @claim("chaos-from-n5", "by exponent and recurrence")
 def chaos_by_motion(evidence):
-    """The same of runs whose motion is named."""
-    ends = _below_transition(evidence)
-    runs = {n: motions.runs(evidence, n, high=high) for n, high in ends.items()}
+    """The same of runs whose motion is named; of five blocks those of bifurcation-sigma0."""
+    longest = {motions.N_BLOCKS: "survival_long"}
+    runs = {
+        n: motions.runs(evidence, n, high=high, besides=longest.get(n, ""))
+        for n, high in _below_transition(evidence).items()
+    }
     shares = {
         n: tuple(motions.share(of_size, motion) for motion in (CHAOTIC, PERIODIC))
         for n, of_size in runs.items()
