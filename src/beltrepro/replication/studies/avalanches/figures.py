@@ -45,7 +45,7 @@ def fig08(data):
     shown = time >= time[-1] - SHOWN
     time, position, relative = time[shown] - time[shown][0], position[shown], relative[shown]
     figure, (upper, lower, spectrum, enlarged) = panels.page(
-        4.2, "aa;bb;cd", height_ratios=(1, 1, 1.4)
+        4.05, "aa;bb;cd", height_ratios=(1, 1, 1.4), width_ratios=(1.8, 1)
     )
     panels.trace(upper, time, position, ylabel=panels.POSITION)
     panels.spectrum(spectrum, series, measure.as_amplitude, ylabel=r"amplitude $A(\nu)$")
@@ -115,7 +115,7 @@ def _densities(axes, below, sample, claim):
     label = f"here: ${law.exponent.value:.2f}$"
     panels.power_law(axes, law, linewidth=1.4, zorder=4, label=label)
     panels.printed_slope(axes, law, printed(claim))
-    panels.plain_log(axes.xaxis)
+    panels.plain_log(axes.xaxis, subs=(1, 2, 5) if fine.centre[0] < 1000 else (1, 3))
     axes.tick_params(labelbottom=False)
     ours, _ = axes.legend(loc="lower left").get_texts()
     panels.shows(ours, claim, "exponent")
@@ -192,7 +192,7 @@ LEAST_FITTED = 5  # blocks
 @panels.draws(FIGURES)
 def avalanches(data):
     """a: density of the dissipated energy for each N; b: its cutoff against N."""
-    figure, (left, right) = panels.page(4.2, "a;b", height_ratios=(1.3, 1))
+    figure, (left, right) = panels.page(4.05, "a;b", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
     catalogues = [measure.catalogue_of(data[name]) for name in FIGURES["avalanches"].uses]
@@ -200,7 +200,8 @@ def avalanches(data):
     with panels.shortage_on(left):
         for index, (n_blocks, sample) in enumerate(samples.items()):
             label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
-            look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
+            look = style.line_style(index) | style.look_of_size(n_blocks)
+            look |= {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
             _density(left, density(sample, BINS_PER_DECADE), label=label, **look)
         left.legend(loc="lower left")
     with panels.shortage_on(right):
