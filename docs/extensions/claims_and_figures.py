@@ -57,7 +57,7 @@ def _claims() -> Iterator[str]:
         where = f" Figure {claim.figure} of the paper." if claim.figure else ""
         yield plain(claim.statement) + where
         shown = [
-            f"[{name}](#{name})"
+            f'<a href="#{name}">{name}</a>'
             for name, entry in registry.figures().items()
             if claim.id in {key.partition(":")[0] for key in entry.shows}
             or str(claim.figure or "") == entry.number != ""
