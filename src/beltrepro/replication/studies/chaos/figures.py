@@ -160,7 +160,7 @@ def _draw_many(axes, runs, table):
     axes.set_xlim(0, counted.max())
     axes.set_yscale("log")
     least = 0.5 / max(_at(runs.arrays, *point).sum() for point in points)
-    axes.set_ylim(least, 1.3)
+    axes.set_ylim(least, 1 / least**0.35)  # room for the legend
     panels.plain_log(axes.yaxis)
     axes.set_yticks([tick for tick in (0.001, 0.01, 0.1, 1) if tick > least])
     axes.legend(loc="upper right")

@@ -62,12 +62,13 @@ def draw_recording(recording):
     return figure
 
 
-def draw_trace(axes, recording):
-    """x_N(t) in seconds and centimetres, with its mean; small amplitudes are shaded.
+def draw_trace(axes, recording, window=(-np.inf, np.inf)):
+    """x_N(t) within a window, in seconds and centimetres, with its mean; small amplitudes shaded.
 
     Returns two lines of words, on r and on the small amplitude.
     """
-    time, position = recording.time_s, 100 * recording.x_m
+    shown = (recording.time_s >= window[0]) & (recording.time_s <= window[1])
+    time, position = recording.time_s[shown], 100 * recording.x_m[shown]
     # A line across a gap would show what was not seen.
     gaps = np.flatnonzero(np.diff(time) > LONGEST_GAP * recording.interval_s) + 1
     panels.trace(axes, np.insert(time, gaps, np.nan), np.insert(position, gaps, np.nan), ylabel="")
@@ -156,12 +157,10 @@ def _draw_film(trace, spectra, data, film):
         for axes in (trace, *spectra):
             panels.note(axes, str(reason))
         return
-    draw_trace(trace, recording)
-    disorder = f"$r$ = {recording.disorder.value:.2g}"
     begin = _begin(recording)
-    trace.set(
-        xlabel=SECONDS, ylabel=LENGTH, xlim=(begin, min(begin + _SHOWN_S, trace.get_xlim()[1]))
-    )
+    draw_trace(trace, recording, (begin, begin + _SHOWN_S))
+    disorder = f"$r$ = {recording.disorder.value:.2g}"
+    trace.set(xlabel=SECONDS, ylabel=LENGTH)
     for recorded in measure.EXPERIMENT:
         if measure.at_speed(recorded.speed_m_s, data[film].attributes):
             disorder += f" (paper: {recorded.disorder_parameter:g})"
@@ -184,7 +183,7 @@ def _draw_multiples(axes, spectrum, interval_s):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
     with panels.shortage_on(axes, place=(0.3, 0.85)):
         peaks = lines(spectrum.x_m, interval_s).peaks_hz
-        words = [f"{peaks.size} peaks"]
+        words = ["1 peak" if peaks.size == 1 else f"{peaks.size} peaks"]
         if peaks.size >= LEAST_PEAKS:
             best = spacing(peaks)
             for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
@@ -428,7 +427,7 @@ def _draw_disorder(axes, odds):
         axes.axhline(at_speed["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
     look = {"color": style.BLACK, "markerfacecolor": "none", "markersize": 4}
     axes.plot([], [], "v", **look, label=f"least of {rows['runs'].max()}")
-    axes.plot([], [], "--", color=style.BLACK, label="recorded")
+    axes.plot([], [], "--", color=style.BLACK, label="paper")
     panels.legend_above(axes, handlelength=1.0, columnspacing=0.6)
 
 

@@ -75,7 +75,7 @@ def fig20(data):
     series = (data[name] for name in FIGURES["fig20"].uses if name != "size_replicates")
     every = sorted(series, key=lambda one: one.attributes["belt_velocity"])
     figure, (*stack, last_sticks, lasting) = panels.page(
-        4.4, "aa;bb;cc;dd;ef", height_ratios=(1, 1, 1, 1, 1.5)
+        4.05, "aa;bb;cc;dd;ef", height_ratios=(1, 1, 1, 1, 2)
     )
     for axes, series in zip(stack, every, strict=True):
         axes.sharex(stack[0])
