@@ -189,7 +189,7 @@ def printed_slope(axes, law, exponent):
     middle = np.sqrt(law.low * law.high)
     line = law(middle) * (ends / middle) ** exponent
     label = true_minus(f"paper: {exponent:g}")
-    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=label)
+    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=label, zorder=5)
 
 
 def printed_range(axes, low, high, words, *, top=0.96):

@@ -77,7 +77,12 @@ def agreement_attractors(data):
             offset = _WIDTH * ((index + 0.5) / len(sides) - 0.5)
             compared = at_spread[np.isclose(at_spread["time_step"], step)]
             place = np.searchsorted(velocities, compared["belt_velocity"] - 1e-9) + offset
-            bars = {"fmt": "o", "markersize": 3, "elinewidth": 0.8, "color": colour}
+            bars = {
+                "fmt": style.MARKERS[index],
+                "markersize": 3,
+                "elinewidth": 0.8,
+                "color": colour,
+            }
             mean, error = compared[f"mean_{role}"], compared[f"error_{role}"].fillna(0)
             left.errorbar(place, mean, error, label=label, **bars)
             near = runs[runs["initial_spread"] == spread]
