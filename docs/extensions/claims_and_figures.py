@@ -1,10 +1,11 @@
 """The reference of results: figures and tables by their entries, claims by the ledger."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from beltrepro.replication.plan import registry
-from beltrepro.replication.verdicts.ledger import load_ledger
+from beltrepro.replication.verdicts.ledger import load_ledger, read_yaml
 from extensions import plain, table, write
 
 PUBLISHED = Path(__file__).parent.parent / "results/paper/figures"
@@ -18,17 +19,26 @@ def page() -> str:
 
 
 def _figures() -> Iterator[str]:
+    """A grid for each category: pictures, each over a line, and folded how to read it."""
+    captions = read_yaml("beltrepro.replication.report", "captions.yaml")
     entries = registry.figures()
     for category in registry.CATEGORIES:
         yield f"### {category}"
+        yield "`````{container} figures"
         for name, entry in entries.items():
             if entry.category == category:
-                number = f"Fig. {entry.number}: " if entry.number else ""
-                yield f"#### {name}"
-                yield f"**{number}{plain(entry.title)}** {plain(entry.words)}"
+                number = f"**Fig. {entry.number} of the paper.** " if entry.number else ""
+                yield f"````{{container}} figure\n\n({name})="
                 if (PUBLISHED / f"{name}.png").exists():
-                    yield f"![{plain(entry.alt)}](../results/paper/figures/{name}.png)"
-                yield _made_from(entry.uses)
+                    options = f":alt: {json.dumps(entry.alt)}\n:target: ../_images/{name}.png"
+                    picture = f"../results/paper/figures/{name}.png"
+                    yield f"```{{image}} {picture}\n{options}\n```"
+                yield number + plain(captions.get(entry.number, entry.title))
+                yield f"<details><summary>{name}</summary>"
+                title = f"**{plain(entry.title)}** " if number else ""
+                yield title + plain(entry.words)
+                yield f"{_made_from(entry.uses)}\n\n</details>\n\n````"
+        yield "`````"
 
 
 def _tables() -> Iterator[str]:
@@ -47,7 +57,7 @@ def _claims() -> Iterator[str]:
         where = f" Figure {claim.figure} of the paper." if claim.figure else ""
         yield plain(claim.statement) + where
         shown = [
-            f"[{name}](#{name})"
+            f'<a href="#{name}">{name}</a>'
             for name, entry in registry.figures().items()
             if claim.id in {key.partition(":")[0] for key in entry.shows}
             or str(claim.figure or "") == entry.number != ""

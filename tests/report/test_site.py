@@ -106,6 +106,6 @@ def test_configuration_has_every_key_and_array():
 
 def test_results_have_every_figure_table_and_claim():
     page = claims_and_figures.page()
-    assert all(f"\n#### {name}\n" in page for name in registry.figures())
+    assert all(f"\n({name})=\n" in page for name in registry.figures())
     assert all(f"\n### tables/{name}.csv\n" in page for name in registry.tables())
     assert all(f"\n### {name}\n" in page for name in load_ledger())

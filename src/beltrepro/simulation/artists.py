@@ -64,9 +64,9 @@ def shades(count: int) -> list[str]:
     return [to_hex(colormaps["viridis"](place)) for place in np.linspace(0, 0.8, count)]
 
 
-def plain_log(axis: Any) -> None:
+def plain_log(axis: Any, subs: Sequence[float] = (1, 2, 5)) -> None:
     """Label a logarithmic axis of one or two decades with plain numbers."""
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_locator(LogLocator(subs=subs))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 

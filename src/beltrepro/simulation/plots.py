@@ -55,7 +55,7 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
         artists.band(ax, abscissa[mine], ordinate[mine], **how)
     ax.set(xlabel=label_of(x), ylabel=label_of(y))
     if len(curves) > 1:
-        ax.legend()
+        ax.legend(title="bands: 10 to 90 %" if ax.collections else None)
     return ax
 
 

@@ -136,7 +136,8 @@ class Results(Arrays):
         ----------
         x : str, optional
             The quantity; if not given, that of most values. At each of its values the density is
-            that of the crossings kept there, or of all with `section_bins`; its integral is 1.
+            that of the crossings kept there, or of all with `section_bins`; its integral is 1. At a
+            section of the last block itself its place is fixed, and v_N is all that is left.
         where : dict, optional
             Values of the other quantities, as {"noise": 1}: only such chains are drawn.
         bins : int, optional

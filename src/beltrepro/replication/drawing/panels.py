@@ -99,7 +99,13 @@ def letters(*panels):
 
 def remark(axes, text):
     """What is to be known of a panel, small, above its upper right corner."""
-    return axes.set_title(text, loc="right", size=6.2, color="0.35")
+    return axes.set_title(text, loc="right", color="0.35")
+
+
+def corner(axes, text):
+    """What a diagram is of, in its lower right corner, legible over what lies below."""
+    look = {"bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.8}, "ha": "right"}
+    axes.text(0.98, 0.08, text, transform=axes.transAxes, **look)
 
 
 def note(axes, text, *, place=(0.5, 0.5), width=24):
@@ -107,7 +113,7 @@ def note(axes, text, *, place=(0.5, 0.5), width=24):
     look = {"ha": "center", "va": "center", "style": "italic", "color": "0.25", "zorder": 9}
     look["bbox"] = {"boxstyle": "round", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9}
     words = textwrap.fill(text, width)
-    axes.text(*place, words, transform=axes.transAxes, size=6.2, **look).set_in_layout(False)
+    axes.text(*place, words, transform=axes.transAxes, **look).set_in_layout(False)
 
 
 @contextmanager
@@ -149,10 +155,10 @@ def zoom(axes, inner, time, values, window):
     inner.locator_params(axis="x", nbins=4)
     for spine in inner.spines.values():
         spine.set_color(style.ORANGE)
-    inner.set_title("enlarged", size=6.2, color="0.35")
+    inner.set_title("enlarged", color="0.35")
 
 
-def spectrum(axes, series, shown=np.asarray, *, ylabel=r"power $S(\nu)$"):
+def spectrum(axes, series, shown=np.asarray, *, ylabel=r"$S(\nu)$"):
     """Power spectrum of x_N after the transient, or what a function makes of it."""
     axes.set(xlabel=r"$\nu$", ylabel=ylabel)
     time, position, _ = last_block(series)
@@ -183,7 +189,7 @@ def printed_slope(axes, law, exponent):
     middle = np.sqrt(law.low * law.high)
     line = law(middle) * (ends / middle) ** exponent
     label = true_minus(f"paper: {exponent:g}")
-    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=label)
+    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=label, zorder=5)
 
 
 def printed_range(axes, low, high, words, *, top=0.96):
@@ -228,14 +234,14 @@ def intervals_or_limits(axes, place, value, low, high, *, label="", **look):
     limits(axes, place[~ended], low[~ended], label=label, **look)
 
 
-def finish_curves(axes, *, xlabel, ncols=4):
+def finish_curves(axes, *, xlabel, **legend):
     """Axes and legend, above the panel, of r against something; says so when there is none."""
     axes.set(xlabel=xlabel, ylabel=DISORDER)
     if not axes.lines:
         note(axes, "no points in this scan")
         return
     axes.set_ylim(bottom=0)
-    legend_above(axes, ncols=ncols)
+    legend_above(axes, **legend)
 
 
 WIDTH = 0.5  # of u, over which runs are taken together, at least
@@ -363,5 +369,4 @@ def laminar_trace(axes, series, laminar_time, window, *, zero=0.0):
     length = about["duration"] - about["transient"]
     share = np.diff(laminar, axis=1).sum() / length if length else 0.0
     many = "1 laminar phase" if len(laminar) == 1 else f"{len(laminar)} laminar phases"
-    point = rf"$u = {about['belt_velocity']:g}$, $\sigma = {about['noise']:g}$"
-    remark(axes, f"{point}: {many}, {share:.0%} of $t$ = {length:g}")
+    remark(axes, f"$u = {about['belt_velocity']:g}$: {many}, {share:.0%} of {length:g}")

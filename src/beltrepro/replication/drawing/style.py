@@ -20,7 +20,7 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = COLOURS
 MARKERS = "osD^vXP"
 DASHES = ("-", "--", "-.", ":")
 
-WIDTH = 8.6 / 2.54  # inches: a column of the paper, in which letters of 6 points are legible
+WIDTH = 8.6 / 2.54  # inches: a column of the paper
 WIDE = 17.8 / 2.54  # both columns
 _CANVASES = {"png": FigureCanvasAgg, "pdf": FigureCanvasPdf, "svg": FigureCanvasSVG}
 _SHEET = ["default", str(Path(__file__).with_name("beltrepro.mplstyle"))]
@@ -48,7 +48,12 @@ def page(height, *, wide=False) -> Figure:
 
 def colour_of_size(n_blocks) -> str:
     """Colour of a number of blocks, in all figures."""
-    return to_hex(matplotlib.colormaps["plasma"](np.clip((n_blocks - 2) / 9, 0, 1)))
+    return to_hex(matplotlib.colormaps["plasma"](np.clip((n_blocks - 2) / 10, 0, 0.9)))
+
+
+def look_of_size(n_blocks) -> dict:
+    """Colour and marker of a number of blocks, in all figures."""
+    return {"color": colour_of_size(n_blocks), "marker": MARKERS[(n_blocks + n_blocks // 8) % 7]}
 
 
 def colour_of_noise(noise) -> str:

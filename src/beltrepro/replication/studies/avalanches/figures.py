@@ -45,7 +45,7 @@ def fig08(data):
     shown = time >= time[-1] - SHOWN
     time, position, relative = time[shown] - time[shown][0], position[shown], relative[shown]
     figure, (upper, lower, spectrum, enlarged) = panels.page(
-        4.2, "aa;bb;cd", height_ratios=(1, 1, 1.4)
+        4.05, "aa;bb;cd", height_ratios=(1, 1, 1.4), width_ratios=(1.8, 1)
     )
     panels.trace(upper, time, position, ylabel=panels.POSITION)
     panels.spectrum(spectrum, series, measure.as_amplitude, ylabel=r"amplitude $A(\nu)$")
@@ -115,7 +115,7 @@ def _densities(axes, below, sample, claim):
     label = f"here: ${law.exponent.value:.2f}$"
     panels.power_law(axes, law, linewidth=1.4, zorder=4, label=label)
     panels.printed_slope(axes, law, printed(claim))
-    panels.plain_log(axes.xaxis)
+    panels.plain_log(axes.xaxis, subs=(1, 2, 5) if fine.centre[0] < 1000 else (1, 3))
     axes.tick_params(labelbottom=False)
     ours, _ = axes.legend(loc="lower left").get_texts()
     panels.shows(ours, claim, "exponent")
@@ -191,8 +191,8 @@ LEAST_FITTED = 5  # blocks
 
 @panels.draws(FIGURES)
 def avalanches(data):
-    """a: density of the dissipated energy for each N; b: its cutoff against N."""
-    figure, (left, right) = panels.page(4.2, "a;b", height_ratios=(1.3, 1))
+    """a: density of the dissipated energy for each N; b: its cutoff; c: a, scaled by this."""
+    figure, (left, right, scaled) = panels.page(4.05, "aa;bc", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
     catalogues = [measure.catalogue_of(data[name]) for name in FIGURES["avalanches"].uses]
@@ -200,16 +200,30 @@ def avalanches(data):
     with panels.shortage_on(left):
         for index, (n_blocks, sample) in enumerate(samples.items()):
             label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
-            look = style.line_style(index) | {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
+            look = style.line_style(index) | style.look_of_size(n_blocks)
+            look |= {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
             _density(left, density(sample, BINS_PER_DECADE), label=label, **look)
         left.legend(loc="lower left")
-    with panels.shortage_on(right):
-        _cutoffs(right, samples)
+    scaled.set(xlabel=r"$\Delta E / N^p$", ylabel=r"$N^p P(\Delta E)$", xscale="log", yscale="log")
+    try:
+        _scaled(scaled, samples, _cutoffs(right, samples))
+    except NotEnoughDataError as reason:
+        for axes in (right, scaled):
+            panels.note(axes, str(reason), width=14)
     return figure
 
 
+def _scaled(axes, samples, power):
+    """Densities of the chains whose cutoffs are fitted, over energies in units of N^power."""
+    for n_blocks in (n for n in samples if n >= LEAST_FITTED):
+        binned, unit = density(samples[n_blocks], BINS_PER_DECADE), float(n_blocks) ** power
+        height = np.where(binned.count > 0, unit * binned.density, np.nan)
+        look = style.look_of_size(n_blocks) | {"markersize": 2, "linewidth": 0.7}
+        axes.plot(binned.centre / unit, height, **look)
+
+
 def _cutoffs(axes, samples):
-    """With N = 3, whose motion is another, the law is not fitted."""
+    """Cutoffs and their power of N, which is returned; without N = 3, whose motion is another."""
     n_blocks, cutoffs, _ = measure.growth(samples)
     growth = measure.growth({n: sample for n, sample in samples.items() if n >= LEAST_FITTED})
     numbers = np.transpose([estimate.numbers for estimate in cutoffs])
@@ -222,6 +236,8 @@ def _cutoffs(axes, samples):
     axes.set_xticks(n_blocks, [f"{n:g}" for n in n_blocks])
     axes.minorticks_off()
     panels.plain_log(axes.yaxis)
-    for text in axes.legend(loc="upper left").get_texts():
+    axes.set_ylim(bottom=axes.get_ylim()[0] / 5)  # room for the legend
+    for text in axes.legend(loc="lower right").get_texts():
         if "propto" in text.get_text():
             panels.shows(text, "soc-cutoff", "energy: growth with N")
+    return growth.power.value

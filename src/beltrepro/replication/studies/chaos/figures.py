@@ -24,16 +24,15 @@ FIGURES = {
 # Colour, hatching and words of each way to move, from the bottom of a cell to its top. The colours
 # differ in grey too.
 _LOOKS = {
-    motion.CHAOTIC: ("#7a2e00", "", "irregular, exponent above zero"),
-    motion.STABLE_CHAOS: (style.VERMILION, "xxx", "irregular, exponent below zero"),
-    motion.TRANSIENT: (style.ORANGE, "/////", "irregular, exponent not above zero or not known"),
+    motion.CHAOTIC: ("#7a2e00", "", "irregular, exponent > 0"),
+    motion.STABLE_CHAOS: (style.VERMILION, "xxx", "irregular, exponent < 0"),
+    motion.TRANSIENT: (style.ORANGE, "/////", "irregular, sign not known"),
     motion.QUASI_PERIODIC: (style.GREEN, "....", "quasi-periodic"),
     motion.PERIODIC: ("#a5d5f0", "", "periodic"),
     motion.EQUILIBRIUM: ("#ffffff", "", "equilibrium slip"),
-}
-_MARKS = {
-    LASTING: ("o", "irregular motion lasts in longer runs"),
-    TRANSIENT: ("X", "irregular motion ends in longer runs"),
+    # whole cells, by longer runs
+    f"{LASTING}, longer": ("#000000", "", "irregular in longer runs"),
+    f"{TRANSIENT}, longer": ("#dddddd", "xxxx", "ends in longer runs"),
 }
 _TICKS = 8  # most words at an axis of belt velocities
 _FILL = 0.9  # of a cell
@@ -43,24 +42,27 @@ _OUTLINED = 40  # more cells in a row have no outline
 @panels.draws(FIGURES)
 def motion_map(data):
     """Top: shares over (u, N); bottom: exponents."""
-    figure, (sizes, exponents) = panels.page(4.4, "a;b")
+    figure, (sizes, exponents) = panels.page(4.05, "a;b")
     points = data["motion_map"].arrays
     sizes.set(xlabel=panels.BELT_VELOCITY, ylabel="$N$")
     exponents.set(xlabel=panels.BELT_VELOCITY, ylabel=r"largest exponent $\lambda_1$")
-    _draw_cells(sizes, points)
-    _draw_verdicts(sizes, points, data["mean_lifetimes"])
+    _draw_cells(sizes, points, data["mean_lifetimes"])
     _draw_exponents(exponents, points)
-    _draw_legend(figure, sizes)
+    _draw_legend(figure)
     return figure
 
 
-def _draw_cells(axes, arrays):
-    """A cell for each u and N, filled by the shares of each way to move."""
+def _draw_cells(axes, arrays, table):
+    """A cell for each u and N, filled by the shares of each way to move, or by longer runs."""
     ways = pd.crosstab(
         [arrays["n_blocks"], arrays["belt_velocity"]],
         arrays["state"].astype(str),
         normalize="index",
-    ).reindex(columns=list(_LOOKS), fill_value=0)
+    ).reindex(columns=list(_LOOKS), fill_value=0.0)
+    for point, verdict in _verdicts(table).items():
+        if point in ways.index and f"{verdict}, longer" in _LOOKS:
+            ways.loc[point] = 0.0
+            ways.loc[point, f"{verdict}, longer"] = 1.0
     sizes, velocities = (np.unique(arrays[name]) for name in ("n_blocks", "belt_velocity"))
     line, column = (
         np.searchsorted(levels, ways.index.get_level_values(number))
@@ -80,22 +82,17 @@ def _draw_cells(axes, arrays):
     axes.tick_params(length=0)
 
 
-def _draw_verdicts(axes, points, table):
-    """Marks on cells: whether irregular motion ends, by those runs that were observed most."""
-    velocities, sizes = (np.unique(points[name]) for name in ("belt_velocity", "n_blocks"))
-    rows = table[np.isin(table["belt_velocity"], velocities) & np.isin(table["n_blocks"], sizes)]
-    observed = (rows["counted"] * rows["horizon"]).sort_values(kind="stable")
-    rows = rows.loc[observed.index].drop_duplicates(["n_blocks", "belt_velocity"], keep="last")
-    for verdict, (marker, words) in _MARKS.items():
-        those = rows[rows["verdict"] == verdict]
-        place = np.searchsorted(velocities, those["belt_velocity"])
-        look = {"markeredgecolor": "black", "markeredgewidth": 0.7, "markersize": 5}
-        line = np.searchsorted(sizes, those["n_blocks"])
-        axes.plot(place, line, marker, label=words, color="white", **look)
+def _verdicts(table):
+    """Whether irregular motion ends, by N and u: by those runs that were observed most."""
+    observed = (table["counted"] * table["horizon"]).sort_values(kind="stable")
+    points = ["n_blocks", "belt_velocity"]
+    return (
+        table.loc[observed.index].drop_duplicates(points, keep="last").set_index(points)["verdict"]
+    )
 
 
-def _draw_legend(figure, axes):
-    """Words for the fillings and marks that occur, above the page."""
+def _draw_legend(figure):
+    """Words for the fillings that occur, above the page."""
     bars = [patch for panel in figure.axes for patch in panel.patches if patch.get_height() > 0]
     used = {bar.get_facecolor() for bar in bars}
     handles = [
@@ -103,15 +100,15 @@ def _draw_legend(figure, axes):
         for colour, hatch, words in _LOOKS.values()
     ]
     handles = [patch for patch in handles if patch.get_facecolor() in used]
-    handles += [line for line in axes.lines if len(line.get_xdata())]
-    figure.legend(handles=handles, loc="outside upper left", ncols=1)
+    figure.legend(handles=handles, loc="outside upper left", ncols=2)
 
 
 def _draw_exponents(axes, points):
     """A dot for each run; a line for each N, through the medians over its runs."""
     axes.axhline(0, color="0.6", linewidth=0.8, zorder=0)
     sizes = np.unique(points["n_blocks"])
-    for size, colour in zip(sizes, style.shades(sizes.size), strict=True):
+    for size in sizes:
+        colour = style.colour_of_size(size)
         chosen = points["n_blocks"] == size
         velocity, value = (points[name][chosen] for name in ("belt_velocity", "largest_exponent"))
         axes.plot(velocity, value, ".", color=colour, markersize=4, alpha=0.6, markeredgewidth=0)
@@ -126,21 +123,15 @@ def _draw_exponents(axes, points):
 
 @panels.draws(FIGURES)
 def survival(data):
-    """Top: survival of each N at one u, and of many runs; bottom: mean lifetimes."""
-    figure, (single, many, by_velocity) = panels.page(4.8, "ab;cc", width_ratios=(1.35, 1))
+    """a: survival of many runs; b: mean lifetimes."""
+    figure, (many, by_velocity) = panels.page(4.05, "a;b")
     table, sizes = data["mean_lifetimes"], panels.levels(data["survival"], "n_blocks")
-    colours = dict(zip(sizes, style.shades(sizes.size), strict=True))
-    _draw_each(single, data["survival"], _of(table, "survival"), colours)
     _draw_many(many, data["survival_many"], _of(table, "survival_many"))
-    _draw_by_velocity(by_velocity, table, colours)
+    many.set(xlabel=panels.TIME, ylabel="share still irregular")
+    _draw_by_velocity(by_velocity, table, sizes)
     by_velocity.axhline(_horizon(data["survival"]), color="0.6", linewidth=0.8, zorder=0)
     by_velocity.set(xlabel=panels.BELT_VELOCITY, yscale="log", ylabel=r"mean lifetime $\tau$")
-    for axes in (single, many):
-        axes.set(xlabel=panels.TIME, ylabel="share still irregular")
-    single.set_ylim(-0.03, 1.03)
-    handles, labels = by_velocity.get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    panels.legend_above(by_velocity, ncols=6)
     return figure
 
 
@@ -159,23 +150,6 @@ def _at(columns, *point):
 # --- survival -------------------------------------------------------------------------------------
 
 
-def _draw_each(axes, runs, table, colours):
-    """A curve for each N, at the u where about half of the runs end."""
-    first, *others = np.unique(runs.arrays["initial_spread"])
-    for size, colour in colours.items():
-        velocity = _half_ends(runs, size, first)
-        point = size, velocity, first
-        _draw_curve(axes, runs, table, point, colour, f"$N = {size}$, $u = {velocity:g}$")
-        for spread in others:
-            if _at(runs.arrays, size, velocity, spread).any():
-                curve = _curve(runs, size, velocity, spread)
-                axes.step(curve.time, curve.share, ":", where="post", color=colour, linewidth=0.9)
-    axes.set_xscale("log")
-    ends = np.concatenate([line.get_xdata() for line in axes.lines])
-    axes.set_xlim(ends[ends > 0].min() / 3, _horizon(runs))
-    axes.legend(loc="lower left")
-
-
 def _draw_many(axes, runs, table):
     """A curve for each point of the dataset with many runs."""
     points = np.unique(np.column_stack([runs.arrays[name] for name in POINT]), axis=0)
@@ -189,8 +163,7 @@ def _draw_many(axes, runs, table):
     axes.set_ylim(least, 1 / least**0.35)  # room for the legend
     panels.plain_log(axes.yaxis)
     axes.set_yticks([tick for tick in (0.001, 0.01, 0.1, 1) if tick > least])
-    axes.locator_params(axis="x", nbins=4)
-    axes.legend(loc="upper right", handlelength=1.0)
+    axes.legend(loc="upper right")
 
 
 def _draw_curve(axes, runs, table, point, colour, label):
@@ -216,22 +189,10 @@ def _curve(runs, *point):
     return kaplan_meier(*observed(lifetime, settled, horizon=_horizon(runs)))
 
 
-def _half_ends(runs, size, spread):
-    """The u at which about half of the runs of this N end; of equals, that with the longest."""
-    arrays, horizon = runs.arrays, _horizon(runs)
-    chosen = (arrays["n_blocks"] == size) & (arrays["initial_spread"] == spread)
-
-    def unlike(velocity):
-        lifetime = arrays["lifetime"][chosen & (arrays["belt_velocity"] == velocity)]
-        return abs(np.mean(lifetime > horizon) - 0.5), -lifetime.mean()
-
-    return min(np.unique(arrays["belt_velocity"][chosen]), key=unlike)
-
-
 # --- mean lifetimes -------------------------------------------------------------------------------
 
 
-def _draw_by_velocity(axes, table, colours):
+def _draw_by_velocity(axes, table, sizes):
     """A mark for each N, of the smallest initial spread, side by side; longer runs beside it."""
     measured = table[table["lifetime_lower"].notna()]
     usual = _of(measured, "survival")
@@ -240,14 +201,14 @@ def _draw_by_velocity(axes, table, colours):
         panels.note(axes, "no mean lifetimes")
         return
     step = 0.08 * np.diff(np.unique(usual["belt_velocity"])).min(initial=10.0)
-    for index, (size, colour) in enumerate(colours.items()):
-        shift = step * (index - (len(colours) - 1) / 2)
-        look = {"color": colour, "marker": style.MARKERS[index % len(style.MARKERS)]}
+    for index, size in enumerate(sizes):
+        shift = step * (index - (sizes.size - 1) / 2)
+        look = {"color": style.colour_of_size(size), "marker": style.MARKERS[index % 7]}
         rows = usual[usual["n_blocks"] == size]
         _draw_means(axes, rows, shift, markersize=3.5, label=f"$N = {size}$", **look)
         longer = _of(measured, "survival_long")
         longer = longer[longer["n_blocks"] == size]
-        _draw_means(axes, longer, shift + step / 2, markersize=6, markerfacecolor="white", **look)
+        _draw_means(axes, longer, shift + step / 2, markersize=4, markerfacecolor="white", **look)
 
 
 def _draw_means(axes, rows, shift, *, color, **look):

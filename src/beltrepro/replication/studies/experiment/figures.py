@@ -39,7 +39,7 @@ FIGURES = {
 # --- A recording of the last block, drawn like Figs. 4 and 5; `beltrepro analyse` calls it --------
 
 _COLOURS = {WHOLE: style.SKY, SMALL: style.GREEN, LARGE: style.BLUE}
-_WORDS = {WHOLE: "whole", SMALL: "small amplitude", LARGE: "large amplitude"}
+_WORDS = {SMALL: "small amplitude", LARGE: "large amplitude"}
 HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 
@@ -62,12 +62,13 @@ def draw_recording(recording):
     return figure
 
 
-def draw_trace(axes, recording):
-    """x_N(t) in seconds and centimetres, with its mean; small amplitudes are shaded.
+def draw_trace(axes, recording, window=(-np.inf, np.inf)):
+    """x_N(t) within a window, in seconds and centimetres, with its mean; small amplitudes shaded.
 
     Returns two lines of words, on r and on the small amplitude.
     """
-    time, position = recording.time_s, 100 * recording.x_m
+    shown = (recording.time_s >= window[0]) & (recording.time_s <= window[1])
+    time, position = recording.time_s[shown], 100 * recording.x_m[shown]
     # A line across a gap would show what was not seen.
     gaps = np.flatnonzero(np.diff(time) > LONGEST_GAP * recording.interval_s) + 1
     panels.trace(axes, np.insert(time, gaps, np.nan), np.insert(position, gaps, np.nan), ylabel="")
@@ -88,16 +89,18 @@ def draw_spectrum(axes, spectrum, name, *, linear=False):
     axes.set(xlabel=r"$\nu$ (Hz)", ylabel=r"$S(\nu)$ (m$^2$/Hz)", xlim=(frequency[0], HIGHEST_HZ))
     axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
     if linear:
-        axes.set_xlim(0, HIGHEST_HZ)
+        axes.set(xlim=(0, HIGHEST_HZ), xticks=range(0, 9, 2))
     else:
         axes.set_xscale("log")
         if 100 * frequency[0] > HIGHEST_HZ:
             panels.plain_log(axes.xaxis)
-    title = [_WORDS[name], f"{spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"]
+    title = [f"{spectrum.begin_s:.0f} to {spectrum.end_s:.0f} s"]
+    if name != WHOLE:
+        title.insert(0, _WORDS[name])
     if spectrum.law and not linear:
         band = np.array([spectrum.law.low, spectrum.law.high])
         axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
-        title.insert(1, panels.true_minus(f"$p$ = {spectrum.exponent.words}"))
+        title.insert(-1, panels.true_minus(f"$p$ = {spectrum.exponent.words}"))
     panels.remark(axes, "\n".join(title))  # the letter is beside the last line
 
 
@@ -111,14 +114,14 @@ def _page(height, layout, **how):
     """A page with lettered panels that says at its top that the experiment is not a real one."""
     figure, axes = panels.page(height, layout, **how)
     words = "virtual experiment: simulated chain, simulated camera"
-    figure.suptitle(words, size=6.2, style="italic", color="0.35")
+    figure.suptitle(words, style="italic", color="0.35")
     return figure, axes
 
 
 def speed(run):
     velocity = run.attributes["belt_velocity"]
     return (
-        rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s = {velocity:.2f}, "
+        rf"$u$ = {to_si(velocity, 'velocity'):.2f} m/s, "
         rf"$\sigma$ = {run.attributes['noise']:g}"
     )
 
@@ -154,15 +157,14 @@ def _draw_film(trace, spectra, data, film):
         for axes in (trace, *spectra):
             panels.note(axes, str(reason))
         return
-    disorder, small = draw_trace(trace, recording)
     begin = _begin(recording)
-    trace.set(
-        xlabel=SECONDS, ylabel=LENGTH, xlim=(begin, min(begin + _SHOWN_S, trace.get_xlim()[1]))
-    )
+    draw_trace(trace, recording, (begin, begin + _SHOWN_S))
+    disorder = f"$r$ = {recording.disorder.value:.2g}"
+    trace.set(xlabel=SECONDS, ylabel=LENGTH)
     for recorded in measure.EXPERIMENT:
         if measure.at_speed(recorded.speed_m_s, data[film].attributes):
-            disorder += f" (paper, recorded: {recorded.disorder_parameter:g})"
-    panels.remark(trace, "\n".join([speed(data[film]), disorder, small]))
+            disorder += f" (paper: {recorded.disorder_parameter:g})"
+    panels.remark(trace, f"{speed(data[film])}, {disorder}")
     names = ((), (WHOLE,), (SMALL, LARGE))[len(spectra)]
     for axes, name in zip(spectra, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -181,7 +183,7 @@ def _draw_multiples(axes, spectrum, interval_s):
     """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
     with panels.shortage_on(axes, place=(0.3, 0.85)):
         peaks = lines(spectrum.x_m, interval_s).peaks_hz
-        words = [f"{peaks.size} peaks"]
+        words = ["1 peak" if peaks.size == 1 else f"{peaks.size} peaks"]
         if peaks.size >= LEAST_PEAKS:
             best = spacing(peaks)
             for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
@@ -216,13 +218,13 @@ def fig01(data):
         colour, ink = ("0.25", "white") if number < N_BLOCKS else ("white", "black")
         look = {"facecolor": colour, "edgecolor": "black", "linewidth": 1.2}
         axes.add_patch(Rectangle((last - side, 0.02), _BLOCK, _BLOCK, **look))
-        axes.text(last, side, "$m$", ha="center", va="center", size=8, color=ink)
+        axes.text(last, side, "$m$", ha="center", va="center", color=ink)
         end = last + side
-    axes.text(0.5, 0.55, "$k$", ha="center", size=8)
+    axes.text(0.5, 0.55, "$k$", ha="center")
     height = _BLOCK + 0.42
     axes.plot([last] * 2, [_BLOCK + 0.05, height + 0.1], "k:", linewidth=0.8)
     _arrow(axes, (0, height), (last, height), "black", style="<|-|>")
-    axes.text(last / 2, height + 0.08, "$x_N$", ha="center", size=9)
+    axes.text(last / 2, height + 0.08, "$x_N$", ha="center")
     axes.set(xlim=(-0.35, end + 1.25), ylim=(-0.6, 1.4), aspect="equal")
     axes.axis("off")
     return figure
@@ -238,7 +240,7 @@ def _draw_belt(axes, begin, end):
         centre = (place, -_ROLLER)
         axes.add_patch(Circle(centre, 0.72 * _ROLLER, facecolor="white", edgecolor="0.35"))
     _arrow(axes, (end - 0.12, 0.22), (end + 0.62, 0.22), style.VERMILION)
-    axes.text(end + 0.25, 0.32, "$u$", ha="center", size=9, color=style.VERMILION)
+    axes.text(end + 0.25, 0.32, "$u$", ha="center", color=style.VERMILION)
 
 
 def _draw_spring(axes, begin, end):
@@ -384,7 +386,7 @@ def fig05(data):
     enlarged.set(xlabel=SECONDS, ylabel=LENGTH)
     if above.lines:  # the event of the paper's recording, to the same scale
         low, high = above.get_ylim()
-        above.set_ylim(low, high + 0.35 * (high - low))
+        above.set_ylim(low, high + 0.45 * (high - low))
         for words, ends in _PRINTED_S.items():
             look = {"color": style.BLACK, "linewidth": 1.2}
             above.plot(begin + np.array(ends), [high + 0.08 * (high - low)] * 2, "|-", **look)
@@ -402,7 +404,7 @@ _SPEED_COLOURS = (style.BLUE, style.VERMILION)
 @panels.draws(FIGURES)
 def experiment_noise(data):
     """a: r against noise; b: alternation against u."""
-    figure, (disorder, alternating) = panels.page(2.8, "ab")
+    figure, (disorder, alternating) = panels.page(3.8, "a;b")
     _draw_disorder(disorder, data["experiment_odds"])
     _draw_alternation(alternating, data["alternation"])
     return figure
@@ -423,7 +425,10 @@ def _draw_disorder(axes, odds):
         panels.intervals(axes, place, *numbers, **middle, **look)
         axes.plot(place, at_speed["r_least"], "v", markerfacecolor="none", **look)
         axes.axhline(at_speed["r_recorded"].iloc[0], color=colour, linestyle="--", linewidth=1.2)
-    axes.legend(loc="lower left", ncols=2, handlelength=1.0, title="lines: experiment")
+    look = {"color": style.BLACK, "markerfacecolor": "none", "markersize": 4}
+    axes.plot([], [], "v", **look, label=f"least of {rows['runs'].max()}")
+    axes.plot([], [], "--", color=style.BLACK, label="paper")
+    panels.legend_above(axes, handlelength=1.0, columnspacing=0.6)
 
 
 def _draw_alternation(axes, table):
@@ -433,11 +438,15 @@ def _draw_alternation(axes, table):
     ratios = np.unique(table["friction_ratio"])
     ratios = ratios[ratios > measure.FRICTION_RATIO - 1e-9]
     shown = np.unique(np.linspace(0, ratios.size - 1, _LINES).round().astype(int))
-    for index, ratio in enumerate(ratios[shown]):
+    for index, (ratio, colour) in enumerate(
+        zip(ratios[shown], style.shades(shown.size), strict=True)
+    ):
         velocity, rows = counts.loc[ratio].index, counts.loc[ratio].to_numpy()
         middle, low, high = np.transpose([estimates.share(*row).numbers for row in rows])
-        look = style.line_style(index) | {"label": f"{ratio:g}", "markersize": 3}
-        panels.intervals(axes, velocity, middle, low, high, linewidth=0.9, elinewidth=0.7, **look)
+        look = style.line_style(index) | {"color": colour, "markersize": 3, "elinewidth": 0.7}
+        look |= {"label": f"{ratio:g}" if index else f"$f_s$ = {ratio:g}", "linewidth": 0.9}
+        place = velocity + 0.12 * (index - shown.size / 2)
+        panels.intervals(axes, place, middle, low, high, **look)
     for observation, colour in zip(measure.EXPERIMENT, _SPEED_COLOURS, strict=True):
         axes.axvline(observation.belt_velocity, color=colour, linestyle="--", linewidth=1.2)
-    axes.legend(loc="lower right", title="$f_s$", handlelength=1.8)
+    panels.legend_above(axes)

@@ -115,7 +115,7 @@ def _draw_shares(axes, rows, number, label, shift, face=None):
 
 def _legend_above(axes, columns):
     place = {"loc": "lower left", "bbox_to_anchor": (0.06, 1.0), "borderaxespad": 0.3}
-    panels.legend_above(axes, ncols=columns, columnspacing=0.7, handletextpad=0.1, **place)
+    panels.legend_above(axes, ncols=columns, handlelength=0.6, columnspacing=0.5, **place)
 
 
 # --- births in the plane of friction ratio and belt velocity --------------------------------------
@@ -195,7 +195,7 @@ def orbits_met(data):
     axes.set_xlim(places[0] - width / 2, places[-1] + width / 2)
     title = "slips in the period (left: small $r$, right: large $r$)"
     look = {"columnspacing": 0.8, "handlelength": 1.0, "title": title}
-    figure.legend(loc="outside upper center", ncols=4, **look)
+    figure.legend(loc="outside upper center", ncols=2, **look)
     return figure
 
 

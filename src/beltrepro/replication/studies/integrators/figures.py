@@ -28,7 +28,8 @@ def agreement_disorder(data):
     figure, (above, below) = panels.page(3.8, "a;b", height_ratios=(1.3, 1))
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
-        velocity, look = curve["belt_velocity"], style.line_style(index)
+        velocity = curve["belt_velocity"]
+        look = style.line_style(index) | {"color": style.colour_of_noise(noise)}
         above.plot(velocity, curve["mean_reference"], color=look["color"], linewidth=0.9)
         bars = {"fmt": "x", "color": look["color"], "markersize": 4, "elinewidth": 0.8}
         points = velocity, curve["mean_tested"], curve["error_tested"]
@@ -68,7 +69,7 @@ def agreement_attractors(data):
     spreads, velocities = (
         np.unique(scans[0].arrays[name]) for name in ("initial_spread", "belt_velocity")
     )
-    figure = style.page(0.8 + 1.9 * spreads.size)
+    figure = style.page(0.65 + 1.7 * spreads.size)
     rows = figure.subplots(spreads.size, 2, sharex=True, squeeze=False)
     for (left, right), spread in zip(rows, spreads, strict=True):
         at_spread = shares[np.isclose(shares["initial_spread"], spread)]
@@ -76,7 +77,12 @@ def agreement_attractors(data):
             offset = _WIDTH * ((index + 0.5) / len(sides) - 0.5)
             compared = at_spread[np.isclose(at_spread["time_step"], step)]
             place = np.searchsorted(velocities, compared["belt_velocity"] - 1e-9) + offset
-            bars = {"fmt": "o", "markersize": 3, "elinewidth": 0.8, "color": colour}
+            bars = {
+                "fmt": style.MARKERS[index],
+                "markersize": 3,
+                "elinewidth": 0.8,
+                "color": colour,
+            }
             mean, error = compared[f"mean_{role}"], compared[f"error_{role}"].fillna(0)
             left.errorbar(place, mean, error, label=label, **bars)
             near = runs[runs["initial_spread"] == spread]
@@ -86,6 +92,7 @@ def agreement_attractors(data):
         left.set(ylabel="share still sticking", ylim=(-0.05, 1.05))
         right.set(ylabel="$r$ at the end")
         right.set_ylim(bottom=0)
+        right.locator_params(axis="y", nbins=5)
         panels.remark(left, f"initial spread {spread:g}")
     every = -(-velocities.size // TICKS)
     words = [f"{velocity:g}" for velocity in velocities[::every]]
@@ -104,10 +111,15 @@ def _sides(tested, reference):
         pd.DataFrame({name: side.arrays[name] for name in _COLUMNS}) for side in (tested, reference)
     )
     for (step, at_step), colour in zip(runs.groupby("time_step"), style.COLOURS, strict=False):
-        yield "tested", step, colour, f"{tested.attributes['method']}, $dt = {step:g}$", at_step
+        yield "tested", step, colour, f"{_word(tested)}, $dt = {step:g}$", at_step
     finest = base[base["time_step"] == base["time_step"].min()]
     coarse = runs["time_step"].min()
-    yield "reference", coarse, style.BLACK, str(reference.attributes["method"]), finest
+    yield "reference", coarse, style.BLACK, _word(reference), finest
+
+
+def _word(scan):
+    method = scan.attributes["method"]
+    return panels.METHODS.get(method, method)
 
 
 def _runs(axes, place, final, colour, width):

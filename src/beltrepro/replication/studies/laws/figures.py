@@ -35,7 +35,8 @@ def fig06(data):
     axes.axvspan(-limit, limit, color="0.94", linewidth=0)
     look = {"color": style.VERMILION, "linewidth": 1.3, "label": r"ideal spring, $-\Delta l$"}
     axes.plot(deformation, -deformation, "--", **look)
-    axes.text(62, -45, look["label"], color=look["color"], rotation=-25)
+    along = {"rotation": -45, "transform_rotates_text": True, "rotation_mode": "anchor"}
+    axes.text(98, -92, look["label"], color=look["color"], ha="right", **along)
     look = {"color": style.BLUE, "linewidth": 1.8, "label": "spring of the model"}
     axes.plot(deformation, spring_force(deformation, constants), **look)
     axes.text(42, -95, look["label"], color=look["color"], ha="right")

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import scipy
+from matplotlib.patheffects import withStroke
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
@@ -18,7 +19,11 @@ FIGURES = {
     "fig15": Figure(uses=("n5_columns",), number="15"),
     "fig16": Figure(uses=("u17", "u19", "n5_replicates"), number="16"),
     "fig17": Figure(uses=("n5_density",), number="17"),
-    "fig18": Figure(uses=("n5_map", "n5_replicates"), number="18"),
+    "fig18": Figure(
+        uses=("n5_map", "n5_replicates", "critical_velocities"),
+        number="18",
+        shows={"uc-of-sigma: exact dynamics": ("u_c(?)", "u_c(?.?)")},
+    ),
 }
 
 
@@ -46,8 +51,8 @@ def _printed(axes):
     axes.set_ylim(top=1.15 * axes.get_ylim()[1])
     place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
     for velocity, words, side in (
-        (printed("u-critical"), r"paper: $u_c$ at $\sigma = 0$", "right"),
-        (printed("uc-sigma22")["u_c"], r"at $\sigma = 2.2$", "left"),
+        (printed("u-critical"), r"paper: $\sigma = 0$", "right"),
+        (printed("uc-sigma22")["u_c"], r"$\sigma = 2.2$", "left"),
     ):
         look = {"color": style.BLACK, "markersize": 7, "markeredgewidth": 1.4}
         axes.plot(velocity, 0.94, "|", transform=axes.get_xaxis_transform(), **look)
@@ -70,7 +75,7 @@ def fig14(data):
     places = [(axes, _row(noise)) for axes, noise in zip(strips, levels, strict=False)]
     panels.diagrams(figure, scan, places, bar=False)
     for axes, noise in zip(strips, levels, strict=False):
-        axes.text(0.99, 0.08, rf"$\sigma = {noise:g}$", ha="right", transform=axes.transAxes)
+        panels.corner(axes, rf"$\sigma = {noise:g}$")
         axes.set_ylabel(panels.VELOCITY)
     strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
     below = figure.add_subplot(lower)
@@ -218,10 +223,25 @@ def fig18(data):
             look = {"colors": "white", "linewidths": 1.2, "linestyles": ("--", "-")}
             above.contour(share.columns, share.index, blurred, levels=states.LAMINAR_SHARE, **look)
             panels.remark(above, "laminar share: 0.05 dashed, 0.95 full")
+        _falls(above, data["critical_velocities"])
     else:
         panels.note(above, "no points in this scan")
     _shares(below, data["n5_replicates"])
     return figure
+
+
+def _falls(axes, table):
+    """Where r falls at each noise, from independent runs, and where the paper sees it fall."""
+    rows = table[(table["dataset"] == "n5_replicates") & (table["n_blocks"] == N_BLOCKS)]
+    rows = rows[rows["critical"].notna()]
+    reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
+    halo = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
+    look = {"fmt": "o", "color": style.BLACK, "markersize": 2.5, "elinewidth": 0.9} | halo
+    bars = axes.errorbar(rows["critical"], rows["noise"], xerr=reach, **look)
+    names = map("u_c({:g})".format, rows["noise"])
+    panels.shows(bars, "uc-of-sigma", *names, variant="exact dynamics")
+    places = printed("u-critical"), printed("uc-sigma22")["u_c"]
+    axes.plot(places, (0.0, 2.2), "|", color=style.BLACK, markersize=9, **halo)
 
 
 def _shares(axes, scan):
@@ -234,6 +254,7 @@ def _shares(axes, scan):
         # runs that keep to one of both motions have a mean, but no motion has it
         agree = np.all(spread.high - spread.low <= _ONE_MOTION)
         look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
+        look |= {"color": style.colour_of_noise(noise)}
         panels.draw_runs(axes, *share, index, label=label, **look)
     for limit in states.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")

@@ -32,7 +32,7 @@ def fig19(data):
     for name in ("n5_replicates", "size_replicates"):
         for n_blocks in panels.levels(data[name], "n_blocks"):
             row = sections.cut(data[name], n_blocks=n_blocks, noise=NOISE)
-            look = {"color": style.colour_of_size(n_blocks), "label": f"$N = {n_blocks}$"}
+            look = style.look_of_size(n_blocks) | {"label": f"$N = {n_blocks}$"}
             panels.band(axes, row["belt_velocity"], row["disorder_parameter"], **look)
     panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=6)
     _regions(axes, data["critical_velocities"])
@@ -69,12 +69,14 @@ N_BLOCKS = 10
 
 @panels.draws(FIGURES)
 def fig20(data):
-    """a to d: x_N(t) after the transient; e: last stick of each run against belt velocity."""
+    """a to d: x_N(t) after the transient; e: last stick of each run; f: share that sticks on."""
     scan = data["size_replicates"]
     laminar_time = float(scan.attributes["laminar_time"])
     series = (data[name] for name in FIGURES["fig20"].uses if name != "size_replicates")
     every = sorted(series, key=lambda one: one.attributes["belt_velocity"])
-    figure, (*stack, below) = panels.page(5.6, "a;b;c;d;e", height_ratios=(1, 1, 1, 1, 1.5))
+    figure, (*stack, last_sticks, lasting) = panels.page(
+        4.05, "aa;bb;cc;dd;ef", height_ratios=(1, 1, 1, 1, 2)
+    )
     for axes, series in zip(stack, every, strict=True):
         axes.sharex(stack[0])
         axes.sharey(stack[0])
@@ -82,27 +84,26 @@ def fig20(data):
         begin, _ = panels.half_laminar(series, laminar_time, SHOWN_LENGTH)
         panels.laminar_trace(axes, series, laminar_time, (begin, begin + SHOWN_LENGTH), zero=begin)
     stack[-1].set_xlabel("$t$ since the left edge of the panel")
-    _last_sticks(below, scan, laminar_time)
+    _last_sticks(last_sticks, lasting, scan, laminar_time)
     return figure
 
 
-def _last_sticks(axes, scan, laminar_time):
-    """Last stick of the last block of each run, and the share of runs that stick to the end."""
+def _last_sticks(axes, beside, scan, laminar_time):
+    """Last stick of the last block of each run; beside it the share that sticks to the end."""
     row = sections.cut(scan, n_blocks=N_BLOCKS, noise=0.0)
     velocity, transient = row["belt_velocity"], float(scan.attributes["transient"])
     duration = float(scan.attributes["duration"])
-    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / length of run", ylim=(-0.05, 1.12))
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / run", ylim=(-0.05, 1.05))
+    beside.set(xlabel=panels.BELT_VELOCITY, ylabel="sticks to the end", ylim=(-0.05, 1.05))
     # a run that never sticks after the transient has none
     last = np.where(np.isfinite(row["last_stick_time"]), row["last_stick_time"], transient)
     lasting = last > duration - laminar_time
     look = {"color": style.BLUE, "markersize": 3, "alpha": 0.5}
-    axes.plot(velocity, last / duration, ".", label="a run", **look)
+    axes.plot(velocity, last / duration, ".", **look)
     places = np.unique(velocity)
     share = [lasting[velocity == place].mean() for place in places]
-    look = {"color": style.VERMILION, "markerfacecolor": "none", "markersize": 5}
-    axes.plot(places, share, "o", **look, label="share that sticks to the end")
+    beside.plot(places, share, "o-", color=style.VERMILION, markersize=3)
     axes.axhline(transient / duration, color="0.5", linewidth=0.8, linestyle=":")
-    panels.legend_above(axes)
 
 
 # --- Fig. 21: the rise of r with noise for several system sizes -----------------------------------
@@ -116,8 +117,8 @@ def fig21(data):
     places = {}
     for n, u in points:
         dashes = style.DASHES[sum(size == n for size, _ in places) % len(style.DASHES)]
-        look = {"color": style.colour_of_size(n), "linestyle": dashes}
-        places[n, u] = look | {"label": f"$N = {n}$, $u = {u:g}$"}
+        look = {"linestyle": dashes, "label": f"$N = {n}$, $u = {u:g}$"}
+        places[n, u] = style.look_of_size(n) | look
     panels.against_noise(figure.subplots(), data["size_columns"], places)
     return figure
 
@@ -141,7 +142,7 @@ def fig22(data):
     ]
     panels.diagrams(figure, scan, cells)
     for axes, where in cells:
-        axes.text(0.99, 0.08, f"$N = {where['n_blocks']}$", ha="right", transform=axes.transAxes)
+        panels.corner(axes, f"$N = {where['n_blocks']}$")
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
         axes.label_outer()
     for axes, noise in zip(grid[0], noises, strict=True):

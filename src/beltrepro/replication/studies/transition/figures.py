@@ -26,21 +26,7 @@ FIGURES = {
         number="12",
         shows={"u-critical": ("critical", "lower", "upper")},
     ),
-    "critical_velocity": Figure(
-        uses=(
-            "critical_velocities",
-            "n5_replicates",
-            "n5_replicates_check",
-            "n5_replicates_wide",
-            "size_replicates",
-        ),
-        category="Further studies",
-        shows={
-            "uc-of-sigma: exact dynamics": ("u_c(?)", "u_c(?.?)"),
-            "u-critical": ("critical",),
-            "u-critical: wider starts": ("critical",),
-        },
-    ),
+    "critical_velocity": Figure(uses=("critical_velocities",), category="Further studies"),
 }
 
 
@@ -77,7 +63,7 @@ def fig11(data):
     shown = time <= (1 + AFTER) * end + ZOOM
     _envelope(rest, time[shown], position[shown], end, panels.POSITION)
     rest.set_xlabel(panels.TIME)
-    words = f"periodic from $t$ = {end:.0f} on, period {period:.1f}" if orbit else "no period found"
+    words = f"period {period:.1f} from $t$ = {end:.0f} on" if orbit else "no period found"
     panels.remark(rest, f"start at rest: {words}")
     _ends(ends, data["lifetimes"], float(series.attributes["belt_velocity"]))
     return figure
@@ -143,7 +129,7 @@ def _disorder(axes, data):
     """r of the row, over runs from other starts and their fall, under r by the other integrator."""
     starts = data.get("n5_replicates_check")
     if starts is not None:
-        look = {"color": style.GREY, "markersize": 2.2, "markeredgewidth": 0}
+        look = {"color": "0.65", "markersize": 2.6, "markeredgewidth": 0}
         points = (starts.arrays[name] for name in ("belt_velocity", "disorder_parameter"))
         axes.plot(*points, ".", label="other starts", **look)
     for name, label, look in (
@@ -154,7 +140,7 @@ def _disorder(axes, data):
             row = sections.cut(data[name], n_blocks=N_BLOCKS, noise=0.0)
             points = row["belt_velocity"], row["disorder_parameter"]
             axes.plot(*points, **{"marker": ".", "linestyle": "none", "label": label} | look)
-    panels.finish_curves(axes, xlabel="")
+    panels.finish_curves(axes, xlabel="", handlelength=0.6)
     panels.make_room(axes, above=0.22)
     if starts is not None:
         _mark_transition(axes, measure.fall(starts, N_BLOCKS, 0.0))
@@ -167,7 +153,7 @@ def _mark_transition(axes, fall):
         return
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
     line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
-    words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f} (dashed)"
+    words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f}"
     panels.shows(region, "u-critical", "lower", "upper")
     panels.shows(line, "u-critical", "critical")
     place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
@@ -181,7 +167,7 @@ def _lifetimes(axes, data):
         (lambda: measure.until_settled(settled, SPREAD), "irregular, exact", style.BLUE, "o"),
         (
             lambda: measure.until_last_stick(last_stick),
-            "to the last stick, paper's scheme",
+            "to last stick, scheme",
             style.VERMILION,
             "s",
         ),
@@ -212,66 +198,31 @@ def _means(ends_of):
     return np.array(rows).reshape(-1, 4).T
 
 
-# --- Not in the paper as a figure: the critical velocity against noise and number of blocks -------
+# --- Not in the paper as a figure: the critical velocity against the number of blocks ------------
 
-NOISES = (0.0, 1.0)  # shown in b
-# Of each dataset: label, colour, marker and shift in a.
-LOOKS = {
-    "n5_replicates": ("exact motion", style.BLUE, "o", 0.0),
-    "n5_replicates_check": ("scheme of the paper", style.VERMILION, "s", 0.08),
-    "n5_replicates_wide": ("scheme, wide starts", style.ORANGE, "^", 0.16),
-}
+NOISES = (0.0, 1.0)
+_REGION = {"alpha": 0.35, "linewidth": 5}
 
 
 @panels.draws(FIGURES)
 def critical_velocity(data):
-    """a: u_c against sigma for five blocks; b: u_c and the region against N for each noise."""
+    """u_c and the region of the fall against N, for each noise, beside the printed regions."""
     table = data["critical_velocities"]
-    figure, (left, right) = panels.page(4.4, "a;b")
-    left.set(xlabel=panels.NOISE, ylabel="$u_c$")
-    right.set(xlabel="$N$", ylabel="$u_c$")
-    _against_noise(left, table[table["n_blocks"] == N_BLOCKS])
-    _against_size(right, table[table["dataset"].isin(["n5_replicates", "size_replicates"])])
-    for axes in (left, right):
-        panels.legend_above(axes, ncols=2)
-        if table["critical"].isna().all():
-            panels.note(axes, "r(u) falls nowhere, or has too few points")
-    return figure
-
-
-def _against_noise(axes, table):
-    for name, (label, colour, marker, shift) in LOOKS.items():
-        rows = table[table["dataset"] == name]
-        points = _points(axes, rows["noise"] + shift, rows, label, color=colour, marker=marker)
-        if points and name == "n5_replicates":
-            noises = rows["noise"][rows["critical"].notna()]
-            names = map("u_c({:g})".format, noises)
-            panels.shows(points, "uc-of-sigma", *names, variant="exact dynamics")
-        elif points:
-            variant = "wider starts" if name.endswith("wide") else ""
-            panels.shows(points, "u-critical", "critical", variant=variant)
-    values = printed("u-critical"), printed("uc-sigma22")["u_c"]
-    axes.plot((0.0, 2.2), values, "x", color=style.BLACK, markersize=7, label="paper")
-
-
-def _against_size(axes, table):
+    figure = style.page(2.7)
+    axes = figure.subplots()
+    axes.set(xlabel="$N$", ylabel="$u$ where $r$ falls")
     for index, noise in enumerate(NOISES):
-        rows = table[table["noise"] == noise].sort_values("n_blocks")
-        place = rows["n_blocks"] + 0.18 * (index - 0.5)
-        look = {"color": style.COLOURS[index], "marker": style.MARKERS[index]}
-        _points(axes, place, rows, rf"$\sigma = {noise:g}$", **look)
-    for n_blocks, region in ((int(n), ends) for n, ends in printed("transition-width").items()):
-        label = "paper, region" if n_blocks == N_BLOCKS else None
-        axes.plot([n_blocks + 0.3] * 2, region, "_-", color=style.BLACK, linewidth=0.9, label=label)
-
-
-def _points(axes, place, rows, label, **look):
-    """Critical velocities with their intervals, over the transition regions."""
-    has_fall = rows["critical"].notna()
-    if not has_fall.any():
-        return
-    place, rows = place[has_fall], rows[has_fall]
-    axes.vlines(place, rows["lower"], rows["upper"], color=look["color"], alpha=0.25, linewidth=4)
-    how = {"linestyle": "none", "markersize": 4, "elinewidth": 1.0, "capsize": 2}
-    reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
-    return axes.errorbar(place, rows["critical"], reach, label=label, **how, **look)
+        rows = table[(table["noise"] == noise) & table["critical"].notna()]
+        rows = rows[rows["dataset"].isin(["n5_replicates", "size_replicates"])]
+        place, look = rows["n_blocks"] + 0.18 * (index - 1), {"color": style.COLOURS[index]}
+        axes.vlines(place, rows["lower"], rows["upper"], **look, **_REGION)
+        reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
+        look |= {"fmt": style.MARKERS[index], "markersize": 3.5, "elinewidth": 1.0, "capsize": 2}
+        axes.errorbar(place, rows["critical"], reach, label=rf"$\sigma = {noise:g}$", **look)
+    regions = {int(n) + 0.18: ends for n, ends in printed("transition-width").items()}
+    ends = np.transpose(list(regions.values()))
+    axes.vlines(list(regions), *ends, color=style.BLACK, label="paper: region", **_REGION)
+    panels.legend_above(axes)
+    if table["critical"].isna().all():
+        panels.note(axes, "r(u) falls nowhere, or has too few points")
+    return figure
