@@ -191,7 +191,7 @@ def test_each_claim_stands_once_and_says_what_its_rows_say(text, results):
         asked = result.answers if claim.finding else {"replicated": result.answers["replicated"]}
         for answer in asked.values():
             assert plain(answer.found)[1:] in typeset(said)
-            assert decided(answer) in said
+            assert claim.kind == "construction" or decided(answer) in said
         if claim.replicated.tried > 1 and result.answers["replicated"].judged:
             assert f"(one of {claim.replicated.tried} readings)" in said
 
@@ -222,7 +222,7 @@ def test_a_picture_is_at_most_as_wide_as_a_screen(tmp_path):
 
 def test_what_was_run_has_a_row_for_each_dataset_and_rule(text):
     made = part(text, "made")
-    _, runs, times = (cells(table) for table in re.findall(r"<table>.*?</table>", made, re.S))
+    _, _, runs, times = (cells(table) for table in re.findall(r"<table>.*?</table>", made, re.S))
     assert runs[1:] == [
         ["n5_rows", "verlet", "5", "1 to 59 (30)", "0, 1", "2000", "500", "60", "3.0e-08"],
         ["slips_u1", "event", "2, 3", "1", "0", "3000", "500", "2", ""],
