@@ -2,32 +2,31 @@
 
 import base64
 import html
+import io
 import itertools
 import json
 import re
 
 import html5lib
 import numpy as np
-import pandas as pd
 import pytest
+from PIL import Image
 
 import browser
 import pages
-from alternating import studies
 from beltrepro.base import store
 from beltrepro.replication.plan import registry
+from beltrepro.replication.report import findings as findings_module
+from beltrepro.replication.report import material, sections
 from beltrepro.replication.report.claim_results import count, read, statements
 from beltrepro.replication.report.findings import findings_of
-from beltrepro.replication.report.page import SECTIONS
-from beltrepro.replication.studies.integrators import measure as integrators
+from beltrepro.replication.report.material import WORDS
 from beltrepro.replication.verdicts.criteria import range_in_words
-from beltrepro.replication.verdicts.ledger import load_ledger
+from beltrepro.replication.verdicts.ledger import SECTIONS, load_ledger, read_yaml
 from irregular import grid
-from pages import PIXEL, badge, badges, cards, cells, part, plain, typeset, words
+from pages import SYMBOLS, badges, cards, cells, part, plain, typeset, words
 
 FIGURES = registry.figures()
-OF_STUDIES = ("chaos", "trials", "experiment", "integrators")  # need their tables
-MINUS = "\u2212"
 
 
 def datasets(folder):
@@ -61,8 +60,8 @@ def run(tmp_path_factory):
     """The claims of a made-up run, and the page about it."""
     folder = tmp_path_factory.mktemp("run")
     benchmarks(folder)
-    material = pages.material(folder, datasets=datasets(folder))
-    return read(folder), pages.written(folder, material)
+    made = pages.material(folder, datasets=datasets(folder))
+    return read(folder), pages.written(folder, made)
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +84,8 @@ def test_the_page_is_valid_whole_and_needs_no_network(text):
     markup = re.sub(r"<script>.*?</script>", "", text, flags=re.S)
     addresses = set(re.findall(r'\b(?:href|src)="(?!data:)(.*?)"', markup))
     outside = {address for address in addresses if not address.startswith("#")}
-    assert outside == {"https://doi.org/10.1103/PhysRevE.87.042920"}
+    beside = {"claims.csv", "estimates.csv", *(f"figures/{name}.png" for name in FIGURES)}
+    assert outside - beside == {"https://doi.org/10.1103/PhysRevE.87.042920"}
     assert not re.search(r"<(link|iframe|script src)|@import|url\(", text)
     identifiers = re.findall(r'\bid="(.*?)"', markup)
     assert {address[1:] for address in addresses - outside} <= set(identifiers)
@@ -95,14 +95,20 @@ def test_the_page_is_valid_whole_and_needs_no_network(text):
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
 
 
-def test_sections_stand_in_their_order_and_those_without_files_are_left_out(text, tmp_path):
-    titles = {one.template: one.title for one in SECTIONS if one.template not in OF_STUDIES}
-    expected = {"motion": "The chain, live", "summary": "What was found"} | titles
-    assert re.findall(r'<section id="(\w+)"', text) == list(expected)
+def test_sections_stand_in_their_order(text, tmp_path):
+    expected = {"summary": "What was found", "motion": "The chain, live"}
+    for study in WORDS["studies"]:
+        about = read_yaml(sections.STUDIES, f"{study}/words.yaml")["section"]
+        expected[f"on-{study}"] = about["title"]
+        for paragraph in about["paragraphs"]:
+            assert "{" in paragraph or plain(paragraph) in words(part(text, f"on-{study}"))
+    expected["made"] = "How it was made"
+    assert re.findall(r'<section id="([\w-]+)"', text) == list(expected)
     (contents,) = re.findall(r'<nav class="contents".*?>(.*?)</nav>', text, re.S)
     assert re.findall(r'<a href="#(.*?)">(.*?)</a>', contents) == list(expected.items())
+    assert {*WORDS["studies"]} == {*SECTIONS.values()}
     fewer = pages.written(tmp_path, pages.material(tmp_path, figures=["fig12"]))
-    assert set(re.findall(r'<section id="(\w+)"', fewer)) == expected.keys()
+    assert set(cards(fewer)) == set(load_ledger())
     assert "No benchmark files were found" in fewer
 
 
@@ -135,34 +141,32 @@ def test_the_first_screen_counts_statements_runs_and_criteria(text, results):
     judged = [number for one in made for answer in one.answers.values() for number in answer.judged]
     runs = sorted(number.estimate.runs for number in judged if number.estimate.runs)
     for said in (
-        f"Of {len(made)} statements that could come out otherwise, {len(seen)} can be tested",
+        f"{len(made)} statements that could come out otherwise; {len(seen)} can be tested",
         "rest on last t = 40000, those of the paper t = 2e6.",
         f"{runs[(len(runs) - 1) // 2]} independent runs (median; {runs[0]} to {runs[-1]})",
         f"Of {len(seen)} statements that can be tested, {seen.count('the published run')} have",
     ):
         assert said in first
-    tallies = dict(re.findall(r'<div class="tally"><strong>(\w+)</strong>(.*?)</div>', text, re.S))
     buttons = re.findall(r'data-show="(.+?)" data-verdict="(.+?)" .*?>(.*?)</button>', text)
     for question, verdicts in count(results).items():
         numbers = {name: number for name, number in verdicts.items() if number}
-        listed = re.findall(r"<li>(.*?)</li>", tallies[question.capitalize()], re.S)
-        assert [*map(words, listed)] == [f"{badge(name)} {n}" for name, n in numbers.items()]
         assert [button[1:] for button in buttons if button[0] == question] == [
             (name, f"{name} {number}") for name, number in numbers.items()
         ]
 
 
 def test_the_first_screen_tells_what_holds_in_this_run_and_what_does_not(tmp_path):
-    wanted = {"r-jump": {"replicated": "yes", "robust": "no"}}
+    refused = ("slip-size-exponent", "slip-energy-exponent", "soc-power-law")
+    wanted = {name: {"replicated": "yes", "robust": "no"} for name in refused}
     run = pages.material(tmp_path, verdicts=dict.fromkeys(load_ledger(), "yes") | wanted)
     first, findings = part(pages.written(tmp_path, run), "summary"), findings_of(run.claims)
     held = [finding for finding in findings if not finding.unmet]
-    listed = re.findall(r"<li>\s*<p>(.*?)</p>", first, re.S)
+    listed = re.findall(r"<li><p>(.*?)(?: <a .*?)?</p>", first, re.S)
     assert [words(one) for one in listed] == [plain(finding.text) for finding in held] != []
     assert len(held) < len(findings)
-    for finding in findings:
-        if finding.unmet:
-            assert plain(f"{finding.topic}: {'; '.join(finding.unmet)}.") in words(first)
+    assert f"{'; '.join(one.topic for one in findings if one.unmet)}." in words(first)
+    rows = [[*row] for row in findings_module.printed_and_measured(run.claims)]
+    assert cells(first)[1:] == rows != []
 
 
 def test_the_paragraphs_on_why_r_falls_have_their_first_sentence_in_bold(tmp_path):
@@ -179,159 +183,65 @@ def test_the_paragraphs_on_why_r_falls_have_their_first_sentence_in_bold(tmp_pat
 # --- claims and figures ---------------------------------------------------------------------------
 
 
-def allowed(number, criterion):
-    """The range of a number, and how far a lenient reader would go."""
-    if number.name not in criterion.lenient:
-        return range_in_words(number.allowed)
-    wider = range_in_words(criterion.lenient[number.name])
-    return f"{range_in_words(number.allowed)} (leniently {wider})"
+def decided(answer):
+    """The numbers that decide, with the ranges that are allowed."""
+    return plain("; ".join(
+        f"{one.name}: {range_in_words(one.allowed)} {SYMBOLS[one.verdict]}" for one in answer.judged
+    ))  # fmt: skip
 
 
-def test_each_claim_says_what_its_rows_say(text, results):
-    assert set(cards(text)) == set(results)
+def test_each_claim_stands_once_and_says_what_its_rows_say(text, results):
+    found = re.findall(r'<article class="claim [a-z-]+" id="(.*?)"', text)
+    assert sorted(found) == sorted(results)
     for name, markup in cards(text).items():
         result, said = results[name], words(markup)
         claim = result.claim
         shown = dict(re.findall(r'data-(\w+)="(.*?)"', markup.partition(">")[0]))
         assert shown == (result.verdicts if claim.finding else {})
-        assert said.startswith(f"{name} {badges(result)}")
-        for one in (claim.says, claim.statement, result.note):
-            assert plain(one)[1:] in typeset(said)
+        assert said.startswith(f"{plain(claim.statement)} {badges(result)}")
         asked = result.answers if claim.finding else {"replicated": result.answers["replicated"]}
-        assert [row for row in cells(markup) if row[0] != "Number"] == [
-            [*map(plain, (n.name, n.estimate.words, allowed(n, claim.criteria[question]),
-                          badge(n.verdict)))]
-            for question, answer in asked.items() if claim.testable for n in answer.judged
-        ]  # fmt: skip
-        for question, answer in asked.items():
-            criterion = claim.criteria[question]
-            for one in (answer.found, criterion.how * claim.testable):
-                assert plain(one)[1:] in typeset(said)
-            if answer.found and criterion.tried > 1:
-                assert f"This reading was found by trying {criterion.tried}." in said
-        for reading, numbers in result.readings.items():
-            assert plain(reading)[1:] in typeset(said)
-            for number, estimate in numbers.items():
-                assert plain(f"{number}: {estimate.words}") in typeset(said)
-        for change in claim.history * claim.testable:
-            assert f"{change.date}, {change.seen}" in said
+        for answer in asked.values():
+            assert plain(answer.found)[1:] in typeset(said)
+            assert claim.kind == "construction" or decided(answer) in said
+        if claim.replicated.tried > 1 and result.answers["replicated"].judged:
+            assert f"(one of {claim.replicated.tried} readings)" in said
 
 
-def test_claims_and_figures_point_at_each_other(text, results):
-    assert re.findall(r'<article class="figure" id="(.*?)">', text) == list(FIGURES)
-    numbered = {entry.number: name for name, entry in FIGURES.items() if entry.number}
-    for name, result in results.items():
-        links = re.findall(r'<a href="#(.*?)">', cards(text)[name])
-        of_paper = {numbered[str(result.claim.figure)]} if result.claim.figure else set()
-        assert {*links} == of_paper | result.figures
-        assert result.figures <= {figure for figure, entry in FIGURES.items() for key in entry.shows
-                                  if key.partition(": ")[0] == name}  # fmt: skip
+def test_figures_have_their_claims_and_link_to_their_files(text, results):
+    drawn = re.findall(r'<figure class="figure group" id="(.*?)">', text)
+    assert sorted(drawn) == sorted(FIGURES)
     for name, entry in FIGURES.items():
         markup = pages.picture(text, name)
-        assert base64.b64decode(re.search(r'base64,(.*?)"', markup)[1]) == PIXEL + name.encode()
+        assert f'<a href="figures/{name}.png">' in markup
+        encoded = base64.b64decode(re.search(r'image/webp;base64,(.*?)"', markup)[1])
+        assert Image.open(io.BytesIO(encoded)).size == (1, 1)
         assert html.unescape(re.search(r'alt="(.*?)"', markup)[1]) == entry.alt
-        said = words(markup)
-        assert f"{entry.title} {entry.words}" in said
-        assert ("The paper's caption , in our words:" in said) == bool(entry.number)
-        assert (f"Drawn from {', '.join(entry.uses)}." in said) == bool(entry.uses)
-        for result in results.values():
-            if entry.number and str(result.claim.figure) == entry.number:
-                assert f"{result.id} {badges(result)}" in said
+        assert f"{entry.title} {entry.words}" in words(markup)
+        on_it = [one for one, result in results.items()
+                 if entry.number and str(result.claim.figure) == entry.number]  # fmt: skip
+        assert re.findall(r'class="claim [a-z-]+" id="(.*?)"', markup) == on_it
+
+
+def test_a_picture_is_at_most_as_wide_as_a_screen(tmp_path):
+    Image.new("RGB", (2200, 1000), "white").save(tmp_path / "fig12.png")
+    made = material._at_screen_size(tmp_path / "fig12.png")
+    assert (made["width"], made["height"]) == (1100, 500)
 
 
 # --- what was run ---------------------------------------------------------------------------------
 
 
 def test_what_was_run_has_a_row_for_each_dataset_and_rule(text):
-    assert cells(part(text, "runs"))[1:] == [
-        ["n5_rows", "verlet", "5", "1 to 59 (30)", "0, 1", "2000", "500", "60 points", "3.0e-08"],
-        ["slips_u1", "event", "2, 3", "1", "0", "3000", "500",
-         "2 points, 19 slips, 17 avalanches", ""],
-    ]  # fmt: skip
-    assert cells(part(text, "times"))[1:] == [
+    made = part(text, "made")
+    _, _, runs, times = (cells(table) for table in re.findall(r"<table>.*?</table>", made, re.S))
+    assert runs[1:] == [
+        ["n5_rows", "verlet", "5", "1 to 59 (30)", "0, 1", "2000", "500", "60", "3.0e-08"],
+        ["slips_u1", "event", "2, 3", "1", "0", "3000", "500", "2", ""],
+    ]
+    assert times[1:] == [
         ["batches", "2", "0:02:03", "0:01:40", "250 MB"],
         ["claims", "1", "0:00:04", "0:00:04", ""],
         ["sum", "3", "0:02:07", "", ""],
     ]
-    facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", part(text, "environment")))
+    facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", made))
     assert (facts["Seed"], facts["Libraries"]) == ("1; 1, 3", "python 3.11, numpy 2.4")
-
-
-# --- studies --------------------------------------------------------------------------------------
-
-
-def written_with(folder, anchor, datasets=None, **tables):
-    """Words and cells of a section, on the page of a run that also has these tables."""
-    for name, table in tables.items():
-        table.to_csv(folder / f"{name}.csv", index=False)
-    paths = {name: [folder / f"{name}.csv"] for name in tables}
-    settings = pages.SETTINGS | {"datasets": pages.SETTINGS["datasets"] | (datasets or {})}
-    run = pages.material(folder, figures=["fig12"], settings=settings, **paths)
-    section = part(pages.written(folder, run), anchor)
-    assert not re.search(r"\bnan\b", words(section))
-    return words(section), cells(section)
-
-
-def test_the_section_on_chaos_counts_what_the_tables_have(tmp_path):
-    motions = pd.DataFrame({
-        "n_blocks": [2, 5, 5, 5, 7, 7, 10], "belt_velocity": [9.0, 9, 14, 30, 9, 14, 9],
-        "runs": 8, "periodic": [8, 4, 6, 8, 0, 1, 2], "quasi-periodic": 0,
-        "chaotic": [0, 0, 1, 0, 5, 7, 6], "stable chaos": 0, "transient": [0, 4, 1, 0, 3, 0, 0],
-        "exponent": [0, 1e-3, 4e-3, 0, 0.012, 0.015, 0.02], "error": 2e-4,
-        "longest_period": [12, 90, 40, 7, 0, 300, 0],
-    })  # fmt: skip
-    noisy = pd.DataFrame({"belt_velocity": 9.0, "noise": [0.1, 1.0, 5.0],
-                          "exponent": [2.9e-3, 3.1e-3, -0.02], "error": 1e-3})  # fmt: skip
-    tables = {"motions": motions, "noisy_motions": noisy}
-    said, rows = written_with(tmp_path, "chaos", **tables)
-    for text in (
-        "From N = 7 on, at least half of the runs are chaotic. No run is chaotic for N = 2",
-        f"u = 9, σ = 0.1, 1, 5: λ 1 is between {MINUS}0.02 and 0.0031",
-        "It is above zero at σ = 1.",
-    ):
-        assert text in typeset(said)
-    assert rows[2] == ["5", "24", "18", "0", "1", "0", "5", "14", "0.004 ± 0.0002", "14", "90"]
-
-
-def test_the_section_on_the_trials_says_what_the_tables_do(tmp_path):
-    tables = studies(runs=16)
-    names = ("experiment_odds", "alternation")
-    said, table = written_with(tmp_path, "trials", **{name: tables[name] for name in names})
-    assert "No trial agrees with its recording in r (within 10%) and in its regimes" in said
-    assert "all blocks slip at once for longer than 0.61 s" in said
-    assert "slip for a minute in 0 of 512 trials, and for 0.61 s at most" in said
-    # 64 trials at each speed: none of 64 has r as low, so that at most 0.056 do
-    assert table[1][:5] == ["0.22", "1000", "64", "0.072", "0.138 (0.130 to 0.145)"]
-    assert table[1][5:] == ["0.130", *3 * ["0 (0 to 0.056)"], "0"]
-    places = [["0.28", "1000", "64"], ["0.22", "300", "64"], ["0.28", "300", "64"]]
-    assert [row[:3] for row in table[2:5]] == places
-
-
-def test_the_virtual_experiment_is_told_by_its_table(tmp_path):
-    table = pd.DataFrame([
-        {"film": "belt_022", "belt_speed": 0.2, "noise": 1, "seconds": 1000.0,
-         "frames_per_second": 24.0, "r_run": 0.13, "r_sampled": 0.14, "r_tracked": 0.14014,
-         "mean_sampled": 0.85, "mean_tracked": 0.86, "small_sampled": 0, "small_tracked": 0.1,
-         "scatter": 0.01, "offset": -0.11, "largest": 0.21},
-    ])  # fmt: skip
-    _, rows = written_with(tmp_path, "experiment", recordings=table)
-    assert rows[1:] == [["0.20", "1", "1000", "0.13000", "0.14000", "0.14014", "85.000", "86.000",
-                         "0.0", "10.0", "0.010", f"{MINUS}0.110", "0.210"]]  # fmt: skip
-
-
-def test_the_section_on_the_integrators_counts_the_comparisons(tmp_path):
-    base = {"n_reference": 32, "corrected_p": 0.75, "test": "KS"}
-    ends = base | {"part": "attractors", "quantity": "disorder parameter r at the end"}
-    names = "belt_velocity", "initial_spread", "time_step", "verdict"
-    places = [(7.0, 0.001, 0.001, "differ"), (13.0, 0.001, 0.001, "agree"),
-              (7.0, 1.0, 0.001, "agree"), (7.0, 0.001, 0.002, "differ")]  # fmt: skip
-    comparisons = pd.DataFrame([
-        base | {"part": "disorder", "quantity": "disorder parameter r", "verdict": "agree"},
-        *(ends | dict(zip(names, place, strict=True)) for place in places),
-    ])  # fmt: skip
-    lengths = {"duration": 1000.0, "transient": 400.0, "replicate": list(range(32))}
-    runs = dict.fromkeys((name for _, name in integrators.PARTS.values()), lengths)
-    said, rows = written_with(tmp_path, "integrators", runs, agreement=comparisons)
-    assert rows[1] == ["With noise", "disorder parameter r KS", "", "32", "agree: 1", "0.75"]
-    assert rows[2][2:5] == ["dt = 0.001, initial spread 0.001", "32", "agree: 1 differ: 1"]
-    assert "t = 1000, of which 400 discarded" in said

@@ -288,7 +288,3 @@ def test_families_are_judged_each_by_itself():
         integrators.DIFFER, integrators.CLOSE, integrators.AGREE, integrators.UNKNOWN,
         integrators.DIFFER,
     ]  # fmt: skip
-    first = integrators._family(judged[judged["quantity"] == "q"])
-    assert (first["part"], first["quantity"], first["test"], first["runs"]) == ("a", "q", "KS", 7)
-    assert [first[name] for name in integrators.VERDICTS] == [1, 1, 1, 1]
-    assert first["smallest_p"] == pytest.approx(0.03)

@@ -55,8 +55,8 @@ def cards(text):
 
 def picture(text, name):
     """Markup of a figure."""
-    (article,) = re.findall(rf'<article class="figure" id="{name}">(.*?)</article>', text, re.S)
-    return article
+    (figure,) = re.findall(rf'<figure class="figure group" id="{name}">(.*?)</figure>', text, re.S)
+    return figure
 
 
 def cells(text):

@@ -12,12 +12,13 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from beltrepro.base.errors import InputError
-from beltrepro.replication.report.claim_results import Result, Results
+from beltrepro.replication.report.claim_results import Results
 from beltrepro.replication.verdicts import criteria
 from beltrepro.replication.verdicts.ledger import read_yaml
 from beltrepro.stats.estimates import Estimate, absent
 
 _ROBUST = "robust "
+WAYS = ("scheme", "exact", "starts")
 
 
 class Finding(NamedTuple):
@@ -27,7 +28,6 @@ class Finding(NamedTuple):
     text: str  # with the numbers of the run
     figure: str  # name of the picture that shows it
     unmet: list[str]  # conditions that this run does not meet
-    results: list[Result]  # the claims on which it rests
 
     @property
     def parts(self) -> tuple[str, str]:
@@ -37,19 +37,19 @@ class Finding(NamedTuple):
 
 
 @functools.cache
-def words() -> dict[str, list[dict[str, Any]]]:
-    """Findings, paragraphs on why r falls, and numbers of a table, as they stand in the file."""
+def words() -> dict[str, Any]:
+    """Findings, paragraphs on why r falls, and the table, as they stand in the file."""
     return read_yaml("beltrepro.replication.report", "findings.yaml")
 
 
 def findings_of(results: Results, part: str = "findings") -> list[Finding]:
-    """All of a part, `findings` or `why`, whether they hold in this run or not."""
-    return [_finding(results, **entry) for entry in words()[part]]
+    """All of a part, `findings` or those of a study, whether they hold in this run or not."""
+    return [_finding(results, **entry) for entry in words().get(part, [])]
 
 
 def check(results: Results) -> None:
     """Raise InputError for the first sentence that does not hold in a run."""
-    for finding in findings_of(results) + findings_of(results, "why"):
+    for finding in findings_of(results) + findings_of(results, "fall"):
         if finding.unmet:
             raise InputError(
                 f"{finding.text!r} is not what this run found: {'; '.join(finding.unmet)}; "
@@ -57,20 +57,14 @@ def check(results: Results) -> None:
             )
 
 
-def printed_and_measured(results: Results) -> Iterator[tuple[str, str, str, str]]:
-    """What a number is, what the paper prints, and what each question gives where they differ."""
+def printed_and_measured(results: Results) -> Iterator[tuple[str, ...]]:
+    """Rows of the table: a number as printed, by the scheme, by exact motion and from independent
+    starts, and whether the statement stands."""
     for entry in words()["numbers"]:
-        claim, name = entry["place"].split(": ")
-        paper = results[claim].claim.paper
-        printed = entry.get("printed") or f"{paper[name] if isinstance(paper, dict) else paper:g}"
-        replicated, robust = (
-            number_at(f"{prefix}{entry['place']}", results).words for prefix in ("", _ROBUST)
-        )
-        tried = results[claim].claim.replicated.tried
-        among = f", in 1 of {tried} readings" if tried > 1 else ""
-        robust = "" if robust == replicated else robust
-        cells = entry["what"], printed, f"{replicated}{among}", robust
-        yield tuple(map(typeset, cells))
+        cells = (number_at(entry[way], results).words if way in entry else "" for way in WAYS)
+        claim = results.get(entry["claim"])
+        verdict = claim.verdicts[criteria.QUESTIONS[1]] if claim else ""
+        yield tuple(map(typeset, (entry["what"], entry["printed"], *cells, verdict)))
 
 
 def filled(template: str, results: Results) -> str:
@@ -82,8 +76,9 @@ def filled(template: str, results: Results) -> str:
 def number_at(place: str, results: Results) -> Estimate:
     """The number of a place; an absent one where the run has none."""
     claim, _, name = place.removeprefix(_ROBUST).partition(": ")
-    question = criteria.QUESTIONS[place.startswith(_ROBUST)]
-    numbers = results[claim].answers[question].numbers
+    if claim not in results:  # of a run by another version
+        return absent()
+    numbers = results[claim].answers[criteria.QUESTIONS[place.startswith(_ROBUST)]].numbers
     return numbers[name].estimate if name in numbers else absent()
 
 
@@ -95,11 +90,12 @@ def typeset(text: str) -> str:
 def _finding(
     results: Results, topic: str, text: str, figure: str, verdicts: dict, numbers: dict
 ) -> Finding:
+    found = {claim: results[claim].verdicts if claim in results else {} for claim in verdicts}
     unmet = [
-        f"{claim} is {results[claim].verdicts[question]} as {question}, not {verdict}"
+        f"{claim} is {found[claim].get(question, 'missing')} as {question}, not {verdict}"
         for claim, wanted in verdicts.items()
         for question, verdict in wanted.items()
-        if results[claim].verdicts[question] != verdict
+        if found[claim].get(question) != verdict
     ]
     if any(math.isnan(number_at(place, results).value) for place in criteria.names_in(text)):
         unmet.insert(0, "a number in it was not found")
@@ -107,6 +103,4 @@ def _finding(
         estimate, (low, high) = number_at(place, results), criteria.bounds(allowed)
         if not low <= estimate.low <= estimate.high <= high:
             unmet.append(f"{place} is {estimate.words}, not {criteria.range_in_words(allowed)}")
-    places = [place.removeprefix(_ROBUST).partition(": ")[0] for place in numbers]
-    rests_on = [results[claim] for claim in dict.fromkeys([*verdicts, *places])]
-    return Finding(topic, filled(text, results), figure, unmet, rests_on)
+    return Finding(topic, filled(text, results), figure, unmet)

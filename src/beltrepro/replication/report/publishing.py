@@ -18,7 +18,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io, registry
 from beltrepro.replication.report import findings
 from beltrepro.replication.report.claim_results import Results, count, read, statements
-from beltrepro.replication.verdicts.criteria import VERDICTS
+from beltrepro.replication.verdicts.criteria import QUESTIONS, YES
 
 PLACE = Path("docs/results")
 SHOWN = "paper"  # the run that article and README.md tell of
@@ -32,15 +32,15 @@ def publish(results: Path, place: Path = PLACE) -> Path:
 
     The run `paper` is refused where a sentence of the findings or of the article does not hold.
     """
-    figures = sorted((results / "figures").glob("*.png"))
-    names = [*FILES, *(f"figures/{path.name}" for path in figures)]
+    beside = (*results.glob("figures/*.png"), *results.glob("tables/*.csv"))
+    names = [*FILES, *sorted(path.relative_to(results).as_posix() for path in beside)]
     for name in names:
         seal.check(results / name)
     article = set_article(results) if results.name == SHOWN else b""
     target = place / results.name
     shutil.rmtree(target, ignore_errors=True)
-    (target / "figures").mkdir(parents=True)
     for name in names:
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(results / name, target / name)
     if article:
         (target / "article.pdf").write_bytes(article)
@@ -60,7 +60,8 @@ def set_article(run: Path) -> bytes:
         "version": io.said(run / "claims.csv").get("code_version", "1.0"),
         "kinds": {result.id: result.claim.kind for result in results.values()},
         "numbers": dict(_numbers(results)),
-        "why": [one.parts for one in findings.findings_of(results, "why")],
+        "fall": [one.parts for one in findings.findings_of(results, "fall")],
+        "columns": findings.words()["columns"],
         "measured": list(findings.printed_and_measured(results)),
         "alt": {name: figure.alt for name, figure in registry.figures().items()},
     }
@@ -90,27 +91,31 @@ def _numbers(results: Results) -> Iterator[tuple[str, str]]:
 def block(folder: Path) -> str:
     """The results of a published run, as Markdown."""
     results = read(folder)
-    counts = count(results)
+    words, counts = findings.words(), count(results)
+    texts = [one.text for one in findings.findings_of(results) if not one.unmet]
     lines = [
-        *(f"- {one.text}" for one in findings.findings_of(results) if not one.unmet),
+        *texts[:1],
         "",
-        "| | printed | replicated (95 %) | robust (95 %) |",
-        "| --- | --- | --- | --- |",
+        *(f"- {text}" for text in texts[1:]),
+        "",
+        _row(words["columns"]),
+        _row(["---"] * len(words["columns"])),
         *map(_row, findings.printed_and_measured(results)),
         "",
-        "Where the last cell is empty, both verdicts rest on the same number.",
+        words["below"],
         "",
-        f"The paper makes {len(statements(results))} statements that a simulation could refute. "
-        "*In part*: one number holds and another does not. *Open*: the runs do not tell.",
-        "",
-        f"| {_row(VERDICTS)}",
-        _row(["---"] * (1 + len(VERDICTS))),
-        *(_row([question, *counts[question].values()]) for question in counts),
-        "",
-        f"[Report]({folder}/report.html), [article]({folder}/article.pdf) "
-        "(download the report and open it).",
+        f"Of {len(statements(results))} statements that could come out otherwise "
+        f"{' and '.join(_counted(one, counts[one]) for one in QUESTIONS)}. "
+        f"All of them: [report]({folder}/report.html) (download it), "
+        f"[article]({folder}/article.pdf).",
     ]
     return "\n".join([*lines, ""])
+
+
+def _counted(question: str, verdicts: dict[str, int]) -> str:
+    """How many statements hold, and how many have each other verdict."""
+    others = (f"{number} {word}" for word, number in verdicts.items() if word != YES and number)
+    return f"{verdicts[YES]} are {question} ({', '.join(others)})"
 
 
 def _row(cells: Iterable[object]) -> str:

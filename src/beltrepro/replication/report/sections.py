@@ -3,14 +3,17 @@
 import os
 import statistics
 from collections import Counter
+from collections.abc import Iterator
 
 import pandas as pd
 
-from beltrepro.replication.report.claim_results import Result, count, statements
-from beltrepro.replication.report.findings import findings_of
+from beltrepro.replication.plan import registry
+from beltrepro.replication.report.claim_results import count, statements
+from beltrepro.replication.report.findings import filled, findings_of, printed_and_measured, words
 from beltrepro.replication.report.material import WORDS, Material
-from beltrepro.replication.verdicts.ledger import SEEN
+from beltrepro.replication.verdicts.ledger import SECTIONS, SEEN, read_yaml
 
+STUDIES = "beltrepro.replication.studies"
 DECIDING = "n5_replicates"  # the dataset that most claims rest on
 
 
@@ -29,7 +32,9 @@ def summary(material: Material) -> dict:
         "datasets": len(material.files.get("datasets", [])),
         "numbered": sum(bool(picture["number"]) for picture in pictures),
         "findings": findings_of(results),
-        "drawn": {picture["name"] for picture in pictures},
+        "words": words(),
+        "measured": list(printed_and_measured(results)),
+        "drawn": {one["name"]: f"Figure {one['number']}".strip() for one in pictures},
         "first": [picture for picture in pictures if picture["name"] in WORDS["first"]],
         "counts": count(results),
         "statements": len(statements(results)),
@@ -40,39 +45,40 @@ def summary(material: Material) -> dict:
     }
 
 
-def why(material: Material) -> dict:
-    """The paragraphs on why r falls."""
-    drawn = {picture["name"] for picture in material.pictures}
-    return {"paragraphs": findings_of(material.claims, "why"), "drawn": drawn}
+def studies(material: Material) -> Iterator[dict]:
+    """Each question: its words, its figures with the statements on them, its other statements."""
+    numbers = {picture["number"] for picture in material.pictures} - {""}
+    for name in WORDS["studies"]:
+        section = read_yaml(STUDIES, f"{name}/words.yaml")["section"]
+        yield {
+            "name": name,
+            "title": section["title"],
+            "paragraphs": [filled(text, material.claims) for text in section["paragraphs"]],
+            "findings": findings_of(material.claims, name),
+            "pictures": [one for one in material.pictures if of_study(one["module"]) == name],
+            "statements": [
+                result
+                for result in material.claims.values()
+                if SECTIONS[result.claim.section] == name
+                and str(result.claim.figure) not in numbers
+            ],
+            "tables": [
+                table
+                for table, entry in registry.tables().items()
+                if of_study(entry.module) == name and material.has((table,))
+            ],
+        }
 
 
-def cards(material: Material) -> dict:
-    """Claims by group, those that are counted apart last, with their pictures; counts."""
-    groups: dict[str, list] = {title: [] for title in WORDS["groups"].values()}
-    for result in material.claims.values():
-        claim = result.claim
-        group = WORDS["groups"][claim.section if claim.finding else claim.kind]
-        groups[group].append(_card(result, material.pictures))
-    return {
-        "groups": {title: group for title, group in groups.items() if group},
-        "counts": count(material.claims),
-        "claims": len(material.claims),
-    }
-
-
-def _card(result: Result, pictures: list[dict]) -> dict:
-    """The result, the figure of its number, and other pictures that show a number of it."""
-    number = str(result.claim.figure or "")
-    figure = next((picture for picture in pictures if number and picture["number"] == number), None)
-    shown = [picture for picture in pictures if picture["name"] in result.figures]
-    besides = [picture for picture in shown if picture is not figure]
-    return {"result": result, "number": number, "figure": figure, "shown": besides}
+def of_study(module: str) -> str:
+    """Name of the study that has a module."""
+    return module.split(".")[-2]
 
 
 # --- how the run was made -------------------------------------------------------------------------
 
 
-def times(material: Material) -> dict:
+def times(material: Material) -> list[dict]:
     """Jobs, time (s) and memory (MB) per kind of rule, from the benchmark files of Snakemake."""
     tables = [pd.DataFrame(columns=["s", "max_rss", "group"], dtype=float)]
     for path in sorted(material.benchmarks.rglob("*.tsv")):
@@ -82,7 +88,7 @@ def times(material: Material) -> dict:
     groups = pd.concat(tables).groupby("group")
     columns = {"jobs": ("s", "size"), "seconds": ("s", "sum"), "longest": ("s", "max")}
     rows = groups.agg(**columns, memory_mb=("max_rss", "max")).fillna(0.0)
-    return {"rules": rows.rename_axis("rule").reset_index().to_dict("records")}
+    return rows.rename_axis("rule").reset_index().to_dict("records")
 
 
 def environment(material: Material) -> dict:

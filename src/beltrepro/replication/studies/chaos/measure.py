@@ -1,7 +1,5 @@
 """Irregular and periodic motion: where runs end, how long they are irregular, and exponents."""
 
-from itertools import takewhile
-
 import numpy as np
 import pandas as pd
 import scipy
@@ -11,7 +9,7 @@ from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
 from beltrepro.stats import estimates, sections, survival
 from beltrepro.stats.estimates import Estimate
-from beltrepro.stats.motion import CHAOTIC, ERRORS, MOTIONS, PERIODIC, QUASI_PERIODIC, UNSETTLED
+from beltrepro.stats.motion import MOTIONS, PERIODIC, UNSETTLED
 
 TABLES = {
     "motions": Table(uses=("motion_map",)),
@@ -140,50 +138,3 @@ def section_dimension(points: np.ndarray, n_groups: int) -> Estimate:
     scatter = estimates.mean(parts)
     reach = np.hypot(scatter.high - scatter.value, scipy.stats.norm.ppf(0.975) * error)
     return estimates.about(whole, reach, reach, runs.size)
-
-
-# --- what the page says ---------------------------------------------------------------------------
-
-TOLD_BY = ("motions", "noisy_motions")
-_STATES = (PERIODIC, QUASI_PERIODIC, *UNSETTLED)
-
-
-def describe(tables: dict[str, pd.DataFrame], _settings: dict) -> dict:
-    motions, noisy = (tables[name] for name in TOLD_BY)
-    sizes = [_size(n_blocks, points) for n_blocks, points in motions.groupby("n_blocks")]
-    mostly = takewhile(lambda row: 2 * row["chaotic"] >= row["runs"], reversed(sizes))
-    return {
-        "sizes": sizes,
-        # from which on at least half of the runs are chaotic for every larger N
-        "onset": min((row["n_blocks"] for row in mostly), default=None),
-        "noise": {u: _under_noise(levels) for u, levels in noisy.groupby("belt_velocity")},
-    }
-
-
-def _size(n_blocks: int, points: pd.DataFrame) -> dict:
-    """What the runs of so many blocks end in, and where the exponent is largest."""
-    return {
-        "n_blocks": n_blocks,
-        "runs": points["runs"].sum(),
-        "counts": [points[name].sum() for name in _STATES],
-        "chaotic": points[CHAOTIC].sum(),
-        "chaotic_from": _span(points.loc[points[CHAOTIC] > 0, "belt_velocity"]),
-        "top": points.loc[points["exponent"].idxmax()],
-        "longest_period": points["longest_period"].max(),
-    }
-
-
-def _under_noise(levels: pd.DataFrame) -> dict:
-    """At which noise levels the exponent is above zero, and its range."""
-    exponent, error = levels["exponent"], levels["error"]
-    above = levels.loc[exponent > ERRORS * error, "noise"]
-    ends = {"low": exponent.min(), "high": exponent.max(), "error": error.max()}
-    return ends | {"levels": len(levels), "span": _span(levels["noise"]), "above": _span(above)}
-
-
-def _span(values: pd.Series) -> str:
-    """Numbers as short text: none, a few, or the ends of a range."""
-    values = np.unique(values)
-    if values.size > 4:
-        return f"{values[0]:g} to {values[-1]:g}"
-    return ", ".join(f"{value:g}" for value in values)

@@ -213,38 +213,3 @@ def _recording_row(data, film):
         "scatter": error.scatter / pixel,
         "largest": error.largest / pixel,
     }
-
-
-# --- what the report says -------------------------------------------------------------------------
-
-TRIALS_TOLD_BY = ("experiment_odds", "alternation")
-
-
-def of_recordings(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    table = tables["recordings"]
-    return {"recordings": table.to_dict("records"), "rate": table["frames_per_second"].iloc[0]}
-
-
-def of_trials(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    odds, free = (tables[name] for name in TRIALS_TOLD_BY)
-    together = odds[odds["noise"].isna()]
-    return {
-        "rows": together.to_dict("records"),
-        "noises": _span(odds["noise"].dropna()),
-        "tolerance": TOLERANCE,
-        "none_agree": bool((together["agrees"] == 0).all()),
-        "all_slip": {
-            "printed": together["all_slip_longest_s"].max(),
-            "free": free["all_slip_longest_s"].max(),
-            "minutes": int(free["all_slip"].sum()),
-            "trials": int(free["runs"].sum()),
-            "ratios": _span(free.loc[free["all_slip"] > 0, "friction_ratio"]),
-        },
-    }
-
-
-def _span(values) -> str:
-    """The ends of a range; its value if there is one only, and nothing if there is none."""
-    values = np.unique(values)
-    ends = values[[0, -1]] if values.size > 1 else values
-    return " to ".join(f"{value:g}" for value in ends)

@@ -37,7 +37,6 @@ NEAR = 0.01  # a smaller distance between distributions, as a share of their siz
 MINIMUM_RUNS = 5  # fewer runs on a side are no sample
 PERMUTATIONS = 9999
 AGREE, CLOSE, DIFFER, UNKNOWN = "agree", "differ by less than 1 %", "differ", "not measured"
-VERDICTS = (AGREE, CLOSE, DIFFER, UNKNOWN)
 
 _POINT = ["n_blocks", "belt_velocity", "noise"]
 # What tells the families apart: a family is what one quantity gives at all points.
@@ -263,31 +262,3 @@ def verdict(corrected_p: float, distance: float) -> str:
     if corrected_p >= LEVEL:
         return AGREE
     return CLOSE if distance < NEAR else DIFFER
-
-
-# --- what the report says -------------------------------------------------------------------------
-
-# Heading of each part, and the dataset of the tested integrator; the other one has its lengths.
-PARTS = {
-    "disorder": ("With noise", "pairs_r_verlet"),
-    "slips": ("Slips and section points", "pairs_slips_verlet"),
-    "attractors": ("Attractors and lifetimes without noise", "pairs_states_verlet"),
-}
-
-
-def describe(tables: dict[str, pd.DataFrame], settings: dict) -> dict:
-    comparisons = tables["agreement"]
-    return {
-        "level": LEVEL,
-        "verdicts": VERDICTS,
-        "parts": {part: title for part, (title, _) in PARTS.items()},
-        "lengths": {part: settings["datasets"][name] for part, (_, name) in PARTS.items()},
-        "families": [_family(rows) for _, rows in comparisons.groupby(_FAMILY, **_IN_ORDER)],
-    }
-
-
-def _family(rows: pd.DataFrame) -> dict:
-    """What one quantity gives at all points."""
-    counts = {name: (rows["verdict"] == name).sum() for name in VERDICTS}
-    family = rows.iloc[0][[*_FAMILY, "test"]].to_dict() | counts
-    return family | {"runs": rows["n_reference"].min(), "smallest_p": rows["corrected_p"].min()}
