@@ -16,7 +16,7 @@ from beltrepro.model import section_position
 from beltrepro.replication.report.page import live_chain
 
 FOLDER = resources.files("beltrepro.replication.report") / "live"
-SETTINGS = live_chain(None)["settings"]
+SETTINGS = live_chain()["settings"]
 LOW = next(preset["start"] for preset in SETTINGS["presets"] if "start" in preset)
 
 NODE = shutil.which("node") or ""

@@ -172,12 +172,12 @@ def test_the_first_screen_tells_what_holds_in_this_run_and_what_does_not(tmp_pat
 def test_the_paragraphs_on_why_r_falls_have_their_first_sentence_in_bold(tmp_path):
     wanted = {"orbits-met": {"replicated": "no", "robust": "no"}}
     run = pages.material(tmp_path, verdicts=dict.fromkeys(load_ledger(), "yes") | wanted)
-    section, made = part(pages.written(tmp_path, run), "why"), findings_of(run.claims, "why")
+    section, made = part(pages.written(tmp_path, run), "on-fall"), findings_of(run.claims, "fall")
     held = [one for one in made if not one.unmet]
     assert len(made) == 6 and "Which orbits end the motion" not in [one.topic for one in held] != []
-    bold = re.findall(r"<p><strong>(.*?)</strong> (.*?)</p>", section, re.S)
+    bold = re.findall(r"<p><strong>(.*?)</strong> (.*?) <a .*?</p>", section, re.S)
     assert [words(" ".join(one)) for one in bold] == [plain(one.text) for one in held]
-    assert "Which orbits end the motion: orbits-met is no as replicated, not yes." in words(section)
+    assert f"{'; '.join(one.topic for one in made if one.unmet)}." in words(section)
 
 
 # --- claims and figures ---------------------------------------------------------------------------

@@ -126,6 +126,9 @@ def test_a_file_of_results_names_axes_and_units(saved):
     loaded = Results.load(path)
     assert list(loaded) == list(results) and "coordinates" not in loaded.settings
     assert {name for name in store.read(path).arrays if "/" not in name} == set(results)
+    loaded.settings["code_version"] = "1.9"  # saved anew they are what that version made
+    loaded.save(path.with_name("again.h5"))
+    assert Results.load(path.with_name("again.h5")).settings == loaded.settings
     store.write(path.with_name("old.h5"), results, {"kind": "scan"})  # as before version 2.0
     assert set(Results.load(path.with_name("old.h5"))) == set(results)
 

@@ -364,6 +364,9 @@ def test_a_state_goes_on_with_its_own_random_numbers_or_with_others():
     ends = np.array([run.final_state.positions for run in runs])
     assert len(np.unique(ends, axis=0)) == 4
     assert [run.seed for run in runs] == [5, 5, 5, 6]
+    for run in runs[1:]:  # from its beginning, as if the chain had had that key all the time
+        new = ChainState.at_rest(chain, seed=run.seed, replicate=run.replicate)
+        np.testing.assert_array_equal(run.initial_state.stream, new.stream)
 
 
 # --- runs ---

@@ -211,6 +211,8 @@ def test_exponents_are_weighted_by_their_time():
     pooled = survival.pool_exponents([0.02, 0.01, np.nan], [1e-3, 1e-3, np.nan], [100, 300, 5])
     assert pooled.value == pytest.approx(0.0125)
     assert (pooled.runs, pooled.time) == (2, 200)
+    alike = survival.pool_exponents([0.02, 0.01, 0.06], [1e-3] * 3, [7, 7, 7])
+    assert alike.error == pytest.approx(stats.sem([0.02, 0.01, 0.06]))
     one = survival.pool_exponents([0.02], [1e-3], [100])
     assert (one.value, one.error, one.runs) == (0.02, 1e-3, 1)
     none = survival.pool_exponents([np.nan], [np.nan], [0])
