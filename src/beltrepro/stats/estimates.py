@@ -192,34 +192,6 @@ def bootstrap(
     return from_resamples(value, redrawn, runs, grid_spacing=grid_spacing)
 
 
-def over_places(
-    statistic: Callable[[np.ndarray], float], place: np.ndarray, values: np.ndarray
-) -> Estimate:
-    """Statistic of runs at several places, which are drawn anew with all their runs.
-
-    Runs at one place often end alike, and neighbouring places may have other attractors.
-    """
-    at_each = [values[place == one] for one in np.unique(place)]
-    return bootstrap(
-        lambda drawn: statistic(np.concatenate([at_each[index] for index in drawn])),
-        [np.arange(len(at_each))],
-    )
-
-
-def share_over(place: np.ndarray, having: np.ndarray) -> Estimate:
-    """Share of runs over a range of places, of equally many at each.
-
-    Its interval covers that of so many runs, and that of the mean of so many places.
-    """
-    runs = share_of(having)
-    places = np.unique(place)
-    if places.size < 2:
-        return runs
-    between = mean([having[place == one].mean() for one in places])
-    low, high = max(0.0, min(runs.low, between.low)), min(1.0, max(runs.high, between.high))
-    return replace(runs, low=low, high=high)
-
-
 def from_resamples(
     value: float, redrawn: np.ndarray, runs: int, *, grid_spacing: float = 0.0
 ) -> Estimate:

@@ -18,6 +18,7 @@ from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Ends, Evidenc
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC, STABLE_CHAOS, TRANSIENT, above_zero
+from beltrepro.stats.places import share_over
 
 N_BLOCKS = 5
 LONG = 1e5  # ten times the longest mean lifetime of a transient that the paper allows
@@ -106,7 +107,7 @@ def looks(
     few = np.sum(filled < MOST_CROSSINGS * filled[:, -1:], axis=1) + 1 <= FEW_VALUES
     part = np.ceil(row.belt_velocity / PART - 1e-9)
     shares = {
-        name: estimates.share_over(part[told], having[told])
+        name: share_over(part[told], having[told])
         for name, having in ((CHAOTIC, ~few), (PERIODIC, few))
     }
     words = f"N = {n_blocks}: {told.sum()} of {told.size} velocities"
@@ -148,7 +149,7 @@ class Settling:
         lasting = self.arrays["lifetime"] >= time
         if np.any(~lasting & ~self.arrays["settled"]):
             return estimates.share_of(lasting, ~self.arrays["settled"])
-        return estimates.share_over(self.arrays["belt_velocity"], lasting)
+        return share_over(self.arrays["belt_velocity"], lasting)
 
     @property
     def ends_periodic(self) -> Estimate:

@@ -8,8 +8,9 @@ import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
-from beltrepro.stats.estimates import Estimate, bootstrap, share_of, share_over
+from beltrepro.stats.estimates import Estimate, bootstrap, share_of
 from beltrepro.stats.motion import UNSETTLED
+from beltrepro.stats.places import share_over
 
 TABLES = {
     "basin_shares": Table(uses=("basins", "basins_sizes")),

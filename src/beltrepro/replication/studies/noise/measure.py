@@ -8,7 +8,8 @@ from beltrepro.model.units import TIME_S, from_si
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
-from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of, share_over
+from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
+from beltrepro.stats.places import over_places, share_over
 from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
 from beltrepro.stats.states import intermittent_mask, laminar_phases
 
@@ -67,7 +68,7 @@ def scatter_ratio(first: Cut, second: Cut) -> Estimate:
         places = np.unique(part.belt_velocity).size
         require(places >= 4, f"{places} belt velocities in 3 <= u <= 15, 4 are needed")
         runs = np.column_stack([part.belt_velocity, part.disorder])
-        scatters.append(estimates.over_places(_scatter, part.belt_velocity, runs))
+        scatters.append(over_places(_scatter, part.belt_velocity, runs))
     return estimates.ratio(*scatters)
 
 

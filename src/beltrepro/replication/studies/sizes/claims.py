@@ -12,8 +12,9 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import transition
-from beltrepro.stats.estimates import bootstrap, difference, over_places, trend
+from beltrepro.stats.estimates import bootstrap, difference, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
+from beltrepro.stats.places import over_places
 
 # --- the transition -------------------------------------------------------------------------------
 

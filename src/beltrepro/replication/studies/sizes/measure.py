@@ -7,6 +7,7 @@ from beltrepro.base.errors import require
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.stats import estimates, states, transition
 from beltrepro.stats.estimates import Estimate
+from beltrepro.stats.places import over_places
 from beltrepro.stats.transition import LEAST_RUNS
 
 LAST_PART = 0.1  # of the time after the transient, in which motion that lasts still sticks
@@ -55,7 +56,7 @@ def contrast(belt_velocity, disorder):
         return float(np.nan_to_num(transition.contrast_of_step(*runs.T), nan=1.0))
 
     runs = np.column_stack([belt_velocity, disorder])
-    return estimates.over_places(best_fall, belt_velocity, runs)
+    return over_places(best_fall, belt_velocity, runs)
 
 
 def excess(codes, near):

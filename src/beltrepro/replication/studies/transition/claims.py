@@ -12,6 +12,7 @@ from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, Settling, between
 from beltrepro.stats import estimates, states
 from beltrepro.stats.motion import PERIODIC
+from beltrepro.stats.places import over_places, share_over
 
 LEAST_RUNS = 4
 LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in 20 < u < 22
@@ -107,9 +108,9 @@ def r_jump(evidence, r_of_u):
     velocity, disorder = r_of_u(evidence)
     for words, ends in (("", BESIDE), (", 19.5 to 21.5", BEYOND)):
         place, r = _inside(velocity, disorder, *ends)
-        numbers[f"r_periodic{words}"] = estimates.over_places(np.median, place, r)
-        shares[f"small r{words}"] = estimates.share_over(place, r < states.LARGE_AMPLITUDE)
-    before = estimates.over_places(np.median, *_inside(velocity, disorder, *BEFORE))
+        numbers[f"r_periodic{words}"] = over_places(np.median, place, r)
+        shares[f"small r{words}"] = share_over(place, r < states.LARGE_AMPLITUDE)
+    before = over_places(np.median, *_inside(velocity, disorder, *BEFORE))
     fall = estimates.ratio(before, numbers["r_periodic"])
     return Measurement({"r_chaotic": before, **numbers, "ratio": fall, **shares})
 
@@ -172,8 +173,8 @@ def outlying_runs(evidence):
     place, runs = _inside(velocity, runs, *evidence.claim.parameters["runs"])
     (large, settled), periodic = runs.T, estimates.absent()
     if large.any():
-        periodic = estimates.share_over(place[large], settled[large])
-    large = estimates.share_over(place, large)
+        periodic = share_over(place[large], settled[large])
+    large = share_over(place, large)
     return Measurement({"runs of large r": large, "periodic": periodic})
 
 
