@@ -147,7 +147,10 @@ def test_a_scan_of_the_shell_goes_on(command, tmp_path):
         more = {"on_error": "nan", "noise": 1, "replicates": replicates}
         rows, said = command("scan", "--json", **failing | more)
         assert [bool(row["error"]) for row in rows] == [False] * replicates + [True] * replicates
-        assert f"warning: {replicates} of {2 * replicates} chains have failed; the first is" in said
+        assert (
+            f"warning: {replicates} of {2 * replicates} chains have failed (`error`); the first is"
+            in said
+        )
     assert len(beltrepro.Results.load(path)["replicate"]) == 4
 
 

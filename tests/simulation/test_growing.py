@@ -56,7 +56,9 @@ def same(one: Results, other: Results) -> None:
 def test_a_chain_that_fails_leaves_the_others_their_bits(called, settings, workers):
     with pytest.raises(ModelStateError, match=r"u=150.* meet"):
         called(CHAINS, **settings)
-    says = r"^2 of 5 chains have failed; the first is N=5, u=150.*: blocks \d and \d meet"
+    says = (
+        r"^2 of 5 chains have failed \(`error`\); the first is N=5, u=150.*: blocks \d and \d meet"
+    )
     with pytest.warns(UserWarning, match=says):
         results = called(CHAINS, on_error="nan", workers=workers, **settings)
     alone = called([CHAINS[index] for index in WELL], **settings)

@@ -124,7 +124,7 @@ def warn_of_failures(lines: Sequence[str], on_error: str) -> None:
         raise ModelStateError(failed[0])
     if failed:
         first = failed[0].partition(" at t = ")[0]
-        warn(f"{len(failed)} of {len(lines)} chains have failed; the first is {first}")
+        warn(f"{len(failed)} of {len(lines)} chains have failed (`error`); the first is {first}")
 
 
 def of_each(made: list[tuple[np.ndarray, list[T]]]) -> list[T]:

@@ -15,6 +15,7 @@ from beltrepro.engine.law import law_constants
 from beltrepro.observe.slips import slips_and_avalanches
 from beltrepro.simulation.catalogues import Catalogue
 from beltrepro.simulation.run import Run
+from beltrepro.simulation.setup import warn
 from beltrepro.stats import sections
 from beltrepro.stats.densities import ChainValues
 from beltrepro.stats.spectra import PowerSpectrum
@@ -65,6 +66,8 @@ def spectrum(
             raise InputError("sample_interval: not together with runs, which have their own")
         if len({(run.sample_interval, *run.time.shape, run.transient) for run in sampled}) > 1:
             raise InputError("runs: samples at one interval, over one time, are needed of all")
+        if any(len(run.belt) > 1 for run in sampled):
+            warn("the belt changes its velocity: this is the spectrum of all velocities together")
         late = [run.time >= run.initial_state.time + run.transient for run in sampled]
         values = [run.positions[kept, -1] for run, kept in zip(sampled, late, strict=True)]
         interval = float(np.median(np.diff(sampled[0].time))) if values[0].size else np.nan
