@@ -12,6 +12,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.checks import is_sequence, shown
 from beltrepro.base.errors import InputError, require
 from beltrepro.engine.law import law_constants
+from beltrepro.engine.records import EVENT_DISSIPATED
 from beltrepro.observe.slips import slips_and_avalanches
 from beltrepro.simulation.catalogues import Catalogue
 from beltrepro.simulation.run import Run
@@ -104,6 +105,11 @@ def _of_run(number: int, run: Run) -> tuple[np.ndarray, np.ndarray]:
     rows = np.column_stack(
         [events["time"], events["block"] - 1.0, events["kind"] == "slip", *numbers]
     )
+    pieces = run._pieces()
+    cuts = np.searchsorted(events["time"], [change.time for change in run.changes], side="right")
+    for cut, (_, end), (begin, _) in zip(cuts, pieces, pieces[1:], strict=False):
+        lost = end.friction_losses - begin.friction_losses  # where the audit begins anew
+        rows[cut:, EVENT_DISSIPATED] += lost[events["block"][cut:] - 1]
     start = state.time + run.transient
     return slips_and_avalanches(rows, number, state, law_constants(chain), start)
 
@@ -117,6 +123,18 @@ def last_block_slips(catalogue: Catalogue) -> np.ndarray:
     """The slips of the last block of each chain."""
     slips = catalogue["slips"]
     return slips[slips["block"] == _of_chain(catalogue, slips, "n_blocks")]
+
+
+def _belt_ways(source: Any, catalogue: Catalogue, slips: np.ndarray) -> np.ndarray:
+    """The way of the belt during each slip, of a belt that changes its velocity too."""
+    start, stop = slips["start_time"], slips["stop_time"]
+    ways = _of_chain(catalogue, slips, "belt_velocity") * (stop - start)
+    for number, run in enumerate(_runs(source)):
+        steps = np.diff([velocity for _, velocity in run.belt])
+        for change, step in zip(run.changes, steps, strict=True):
+            after = np.maximum(stop - np.maximum(start, change.time), 0.0)
+            ways += np.where(slips["point"] == number, step * after, 0.0)
+    return ways
 
 
 @names.checked
@@ -146,8 +164,7 @@ def slip_sizes(
     slips = last_block_slips(catalogue)
     sizes = slips["start_position"] - slips["stop_position"]
     if names.one_of("frame", frame, FRAMES) == "belt":
-        lasting = slips["stop_time"] - slips["start_time"]
-        sizes = sizes + _of_chain(catalogue, slips, "belt_velocity") * lasting
+        sizes = sizes + _belt_ways(source, catalogue, slips)
     return ChainValues(sizes[sizes > 0], slips["point"][sizes > 0])
 
 
