@@ -19,6 +19,7 @@ CONFIDENCE = 0.95  # of intervals, where nothing else is said
 RESAMPLES = 1000
 # Of one recording: few enough that most of what lasts fits into one, enough for Student's t.
 STRETCHES = 16
+LEAST_DRAWN = 6  # runs that are drawn anew; of fewer their stretches are
 
 
 @dataclass(frozen=True, repr=False)
