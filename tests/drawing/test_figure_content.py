@@ -167,9 +167,14 @@ def test_fig09_is_sizes_of_the_last_block_and_energies_of_avalanches_with_it():
             expected = count / (values.size * curve.x * (half - 1 / half))
             np.testing.assert_allclose(curve.y[filled], expected[filled])
             assert np.sum(count) == values.size
-        run = slips["point"]
-        error = np.abs(_density(values[run == 0], coarse.x) - _density(values[run == 1], coarse.x))
-        np.testing.assert_allclose(coarse.points.T[2:], drawn.ends(coarse.y, error / 2), atol=1e-12)
+        sizes_of_runs = np.bincount(slips["point"])  # two, each in eight stretches
+        place = np.empty(values.size, dtype=int)
+        place[np.argsort(slips["point"], kind="stable")] = np.concatenate(
+            [8 * run + np.arange(size) * 8 // size for run, size in enumerate(sizes_of_runs)]
+        )
+        without = [_density(values[place != one], coarse.x) for one in range(16)]
+        error = np.sqrt(15 * np.var(without, axis=0))
+        np.testing.assert_allclose(coarse.points.T[2:], drawn.ends(coarse.y, error), atol=1e-12)
         law = panel.curve("here: ")
         exponent = np.diff(np.log(law.y)) / np.diff(np.log(law.x))
         assert f"${exponent[0]:.2f}$" in law.label

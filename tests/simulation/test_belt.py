@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, Run, simulate
+from beltrepro import ChainParameters, ChainState, Run, avalanche_energies, simulate, slip_sizes
 from beltrepro.base.errors import InputError
 
 BELT = [(0, 6.0), (120, 14.0), (200.5, 3.0)]
@@ -80,6 +80,25 @@ def test_a_belt_that_stops_holds_the_chain_and_goes_on():
     assert not np.any((run.events["time"] > 150) & (run.events["time"] < 300))
     assert run.events["time"][-1] > 310 and run.positions[-1, -1] > run.positions[held][0, -1]
     assert abs(run.energy_residual) < 1e-12 and abs(run.sum_rule_residual) < 1e-12
+
+
+@pytest.mark.parametrize("belt", [[(20, 3), (41, 7)], [(31, 3)], [(25, 5), (31, 3), (58, 9)]])
+def test_slips_and_avalanches_go_on_where_the_belt_changes(belt):
+    """Sizes by the way of the belt, energies by force times way, from the samples."""
+    run = simulate(ChainParameters(2, 5.0), duration=60, belt=belt, sample_interval=0.001)
+    since = np.searchsorted([time for time, _ in run.belt], run.time, side="right") - 1
+    speed = np.array([velocity for _, velocity in run.belt])[since]
+    relative = run.velocities - speed[:, None]
+    of_last = run.events[run.events["block"] == 2]
+    slips = of_last["time"][: of_last.size // 2 * 2].reshape(-1, 2)
+    way = [-relative[(run.time > a) & (run.time < b), 1].sum() * 0.001 for a, b in slips]
+    assert slip_sizes(run, frame="belt").values == pytest.approx(way, rel=2e-3)
+    moving = np.cumsum(np.where(run.events["kind"] == "slip", 1, -1))
+    ends = run.events["time"][moving == 0]
+    power = -(run.friction * relative).sum(axis=1) * 0.001
+    lost = np.diff([power[run.time < end].sum() for end in (0.0, *ends)])
+    energies = avalanche_energies(run, last_block=False).values
+    assert energies == pytest.approx(lost, rel=2e-3) and energies.size
 
 
 @pytest.mark.parametrize(

@@ -99,6 +99,12 @@ def test_the_spectrum_of_a_run_is_that_of_its_last_block_after_the_transient(run
     assert alone.exponent(0.3, 2).runs == 7 and both.exponent(0.3, 2).runs == 14
 
 
+def test_a_spectrum_of_a_belt_that_changes_says_so():
+    run = simulate(ChainParameters(2, 5.0), belt=[(0, 5.0), (50, 9.0)], duration=100)
+    with pytest.warns(UserWarning, match="of all velocities together"):
+        spectrum(run)
+
+
 def test_the_law_of_a_spectrum_has_the_digits_of_the_study(runs):
     series = Dataset({"time": runs[1].time, "positions": runs[1].positions}, {"transient": 150.0})
     judged = measure.spectral_law(series, band=(0.4, 3.0)).judged

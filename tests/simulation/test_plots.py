@@ -197,6 +197,40 @@ def test_a_wrong_name_is_one_line(results, method, given, words):
     assert "\n" not in str(caught.value) and len(str(caught.value)) <= 400
 
 
+def test_chains_that_differ_in_blocks_method_or_time_step_are_no_replicates():
+    sets = [(1, 3, 1), (3, 1, 1), (1, 1, 3.5)]
+    chains = [ChainParameters(3, u, mass=mass) for u in (5.0, 6.0) for mass in sets]
+    r, v = np.arange(6.0), -np.ones((6, 4))
+    table = Results(columns(Setup(chains)) | {"disorder_parameter": r, "section_velocity": v}, {})
+    for how in ({}, {"by": "mass"}):
+        ax = table.plot(**how)
+        assert ax.get_xlabel() == "$u$ (model velocity)"
+        curves = {line.get_label(): line.get_ydata().tolist() for line in ax.lines}
+        assert curves == {
+            "$m$ = (1, 3, 1)": [0, 3],
+            "$m$ = (3, 1, 1)": [1, 4],
+            "$m$ = (1, 1, 3.5)": [2, 5],
+        }
+    one = table.plot(where={"mass": (3, 1, 1)}, lw=1)
+    assert one.lines[0].get_ydata().tolist() == [1, 4] and one.get_legend() is None
+    assert len(table.plot(where={"belt_velocity": 5}).lines) == 3
+    with pytest.raises(InputError, match=r"mass has several values, .*'mass': '\(1, 3, 1\)'"):
+        table.plot_section()
+    table.plot_section(where={"mass": "(1, 3, 1)"})
+    two = columns(Setup(Grid(3, [1.0, 2.0, 3.0], 1.0, replicates=2))) | {"disorder_parameter": r}
+    for name, values in {"method": ["event", "verlet"] * 3, "time_step": [0.1, 0.2] * 3}.items():
+        drawn_lines = Results(two | {name: np.array(values)}, {}).plot().lines
+        assert [line.get_ydata().tolist() for line in drawn_lines] == [[0, 2, 4], [1, 3, 5]]
+
+
+def test_a_small_value_is_no_other_one():
+    table = Results(
+        columns(Setup(Grid(2, [1e-9, 5e-9]))) | {"disorder_parameter": np.arange(2.0)}, {}
+    )
+    assert table.plot(where={"belt_velocity": 1e-9}).lines[0].get_ydata().tolist() == [0]
+    assert table.plot(where={"noise": 0}).lines[0].get_ydata().tolist() == [0, 1]
+
+
 def test_without_a_section_there_is_no_diagram(results):
     with pytest.raises(InputError, match="no section_velocity"):
         made_up().plot_section()

@@ -1,5 +1,7 @@
 """Densities, power laws and spectra of series with closed forms: values, intervals, few data."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -88,6 +90,8 @@ def test_a_law_through_the_bins_of_exact_values_lies_on_them():
     assert np.sum(found.density * found.width) == pytest.approx(1)
     assert repr(found).startswith("Density(40000 values of 16 chains, 11.2202 to 891.251")
     assert repr(law).startswith(f"PowerLaw(exponent={law.exponent.value:.6g} (")
+    assert repr(replace(law, p=0.09)).endswith("p=0.09 (refused))")
+    assert repr(replace(law, p=0.11)).endswith("p=0.11)")
 
 
 def test_errors_of_one_series_are_those_of_its_stretches():
@@ -105,9 +109,29 @@ def test_values_of_chains_pass_for_their_array():
     sizes = ChainValues([3.0, 1, 2], [0, 0, 7])
     assert len(sizes) == 3 and np.median(sizes) == 2 and np.asarray(sizes).tolist() == [3, 1, 2]
     assert repr(sizes) == "ChainValues(3 of 2 chains, 1 to 3)"
-    assert density(sizes).counts.sum(axis=1).tolist() == [2, 1]
+    assert density(ChainValues([3.0, 1, 2, 2, 2, 2, 2], [0, 0, 1, 2, 3, 4, 5])).counts.sum(
+        axis=1
+    ).tolist() == [2, 1, 1, 1, 1, 1]
     with pytest.raises(InputError, match=r"chain of shape \(2,\): the shape \(3,\)"):
         ChainValues([3.0, 1, 2], [0, 0])
+
+
+@pytest.mark.parametrize(("chains", "runs"), [(2, 16), (3, 18), (4, 16), (6, 6)])
+def test_intervals_of_few_chains_are_those_of_their_stretches(chains, runs):
+    """Of 100 samples whose chains stand in no order; resamples of two chains would hold 45."""
+    laws = []
+    for seed in range(100):
+        values = law_of(-1.5, 10, 1000, 240 * chains, seed + 1000 * chains)
+        made = density(ChainValues(values, np.arange(values.size) % chains))
+        laws.append(made.law().exponent)
+        assert made.counts.sum() == values.size and laws[-1].runs == runs
+    assert share_that_holds(-1.5, laws) >= 0.85
+
+
+def test_stretches_of_few_chains_follow_their_time():
+    """Each of two chains has small values first: none of 16 stretches holds both sizes."""
+    values, chain = np.repeat([2.0, 30.0], 40), np.tile([5, 3], 40)
+    assert (np.count_nonzero(density(ChainValues(values, chain), 1).counts, axis=1) == 1).all()
 
 
 # --- power laws -----------------------------------------------------------------------------------

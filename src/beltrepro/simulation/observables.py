@@ -12,9 +12,11 @@ from beltrepro.base import checks, names
 from beltrepro.base.checks import is_sequence, shown
 from beltrepro.base.errors import InputError, require
 from beltrepro.engine.law import law_constants
+from beltrepro.engine.records import EVENT_DISSIPATED
 from beltrepro.observe.slips import slips_and_avalanches
 from beltrepro.simulation.catalogues import Catalogue
 from beltrepro.simulation.run import Run
+from beltrepro.simulation.setup import warn
 from beltrepro.stats import sections
 from beltrepro.stats.densities import ChainValues
 from beltrepro.stats.spectra import PowerSpectrum
@@ -68,6 +70,8 @@ def spectrum(
             raise InputError("sample_interval: not together with runs, which have their own")
         if len({(run.sample_interval, *run.time.shape, run.transient) for run in sampled}) > 1:
             raise InputError("runs: samples at one interval, over one time, are needed of all")
+        if any(len(run.belt) > 1 for run in sampled):
+            warn("the belt changes its velocity: this is the spectrum of all velocities together")
         late = [run.time >= run.initial_state.time + run.transient for run in sampled]
         values = [run.positions[kept, -1] for run, kept in zip(sampled, late, strict=True)]
         interval = float(np.median(np.diff(sampled[0].time))) if values[0].size else np.nan
@@ -104,6 +108,11 @@ def _of_run(number: int, run: Run) -> tuple[np.ndarray, np.ndarray]:
     rows = np.column_stack(
         [events["time"], events["block"] - 1.0, events["kind"] == "slip", *numbers]
     )
+    pieces = run._pieces()
+    cuts = np.searchsorted(events["time"], [change.time for change in run.changes], side="right")
+    for cut, (_, end), (begin, _) in zip(cuts, pieces, pieces[1:], strict=False):
+        lost = end.friction_losses - begin.friction_losses  # where the audit begins anew
+        rows[cut:, EVENT_DISSIPATED] += lost[events["block"][cut:] - 1]
     start = state.time + run.transient
     return slips_and_avalanches(rows, number, state, law_constants(chain), start)
 
@@ -119,6 +128,18 @@ def last_block_slips(catalogue: Catalogue) -> np.ndarray:
     return slips[slips["block"] == _of_chain(catalogue, slips, "n_blocks")]
 
 
+def _belt_ways(source: Any, catalogue: Catalogue, slips: np.ndarray) -> np.ndarray:
+    """The way of the belt during each slip, of a belt that changes its velocity too."""
+    start, stop = slips["start_time"], slips["stop_time"]
+    ways = _of_chain(catalogue, slips, "belt_velocity") * (stop - start)
+    for number, run in enumerate(_runs(source)):
+        steps = np.diff([velocity for _, velocity in run.belt])
+        for change, step in zip(run.changes, steps, strict=True):
+            after = np.maximum(stop - np.maximum(start, change.time), 0.0)
+            ways += np.where(slips["point"] == number, step * after, 0.0)
+    return ways
+
+
 @names.checked
 def slip_sizes(
     source: Catalogue | Run | Sequence[Run], *, frame: str = "laboratory"
@@ -130,8 +151,7 @@ def slip_sizes(
     source : Catalogue, Run, or sequence of runs
         Slips that start after the transient count.
     frame : str
-        Of the places: "laboratory", as Fig. 9a evidently has them, or "belt", which is for runs
-        with one velocity of the belt: of others it takes the first for all slips.
+        Of the places: "laboratory", as Fig. 9a evidently has them, or "belt".
 
     Returns
     -------
@@ -147,8 +167,7 @@ def slip_sizes(
     slips = last_block_slips(catalogue)
     sizes = slips["start_position"] - slips["stop_position"]
     if names.one_of("frame", frame, FRAMES) == "belt":
-        lasting = slips["stop_time"] - slips["start_time"]
-        sizes = sizes + _of_chain(catalogue, slips, "belt_velocity") * lasting
+        sizes = sizes + _belt_ways(source, catalogue, slips)
     return ChainValues(sizes[sizes > 0], slips["point"][sizes > 0])
 
 

@@ -38,10 +38,9 @@ _LEAST = 0.05  # share below which a mark does not shrink on
 def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, look: Look) -> Axes:
     """The mean over the replicates and its band, a curve for each value of `by`."""
     chosen = _chosen(table, where)
-    differing = _differing(table, chosen)
-    x = differing[0] if x is None else x
+    x, differing = _differing(table, chosen, x)
     abscissa, ordinate = (_column(table, *one, "biuf")[chosen] for one in (("x", x), ("y", y)))
-    by = [name for name in differing if name != x] if by is None else by
+    by = differing if by is None else by
     by = [by] if isinstance(by, str) else list(by)
     columns = [_column(table, "by", name)[chosen].tolist() for name in by]
     keys = list(zip(*columns, strict=True)) if by else [()] * len(abscissa)
@@ -66,15 +65,13 @@ def section(
     if "section_velocity" not in table:
         raise InputError("these results have no section_velocity: `scan` measures it")
     chosen = _chosen(table, where)
-    differing = _differing(table, chosen)
-    x = differing[0] if x is None else x
+    x, differing = _differing(table, chosen, x)
     abscissa, velocity = _column(table, "x", x, "biuf")[chosen], table["section_velocity"][chosen]
     for name in differing:
-        if name != x and np.unique(table[name][chosen]).size > 1:
-            value = table[name][chosen][0].item()
-            value = repr(value) if isinstance(value, str) else f"{value:g}"
-            one = f"where={{{name!r}: {value}}}"
-            raise InputError(f"{name} has several values, a density is of one: {one}")
+        value = _columns(table)[name][chosen][0].item()
+        value = repr(value) if isinstance(value, str) else f"{value:g}"
+        one = f"where={{{name!r}: {value}}}"
+        raise InputError(f"{name} has several values, a density is of one: {one}")
     if not np.isfinite(velocity).any():
         raise InputError("section_velocity: no chain crosses its section")
     if bins is None and "section_histogram" in table:
@@ -103,9 +100,21 @@ def _counted(
     return edges, np.array([np.histogram(row[np.isfinite(row)], edges)[0] for row in velocity])
 
 
+def _columns(table: Any) -> dict[str, np.ndarray]:
+    """The arrays that have one number, or word, for each chain: one for constants of its blocks."""
+    columns = {name: one for name, one in table.items() if one.shape == table["replicate"].shape}
+    many = {name: table[name] for name in QUANTITIES if table[name].ndim > 1}
+    return columns | {name: np.array([*map(_in_words, rows)]) for name, rows in many.items()}
+
+
+def _in_words(values: np.ndarray) -> str:
+    """Constants of the blocks of a chain, without what pads them."""
+    return f"({', '.join(format(one, '.12g') for one in values if not np.isnan(one))})"
+
+
 def _column(table: Any, argument: str, name: str, kinds: str = "biufU") -> np.ndarray:
-    """An array that has one number, or word, for each chain."""
-    columns = {key: one for key, one in table.items() if one.shape == table["replicate"].shape}
+    """One of them of some kinds."""
+    columns = _columns(table)
     allowed = [key for key, one in columns.items() if one.dtype.kind in kinds]
     return columns[names.one_of(argument, name, allowed)]
 
@@ -118,23 +127,27 @@ def _chosen(table: Any, where: Mapping[str, Any] | None) -> np.ndarray:
     for name, value in (where or {}).items():
         column = _column(table, "where", name)
         is_word = column.dtype.kind == "U"
+        if is_word and checks.is_sequence(value):  # the constants of the blocks of a chain
+            value = _in_words(checks.series(f"where: {name}", value))
         value = value if is_word else checks.finite_number(f"where: {name}", value)
-        chosen &= column == value if is_word else np.isclose(column, value, rtol=1e-9)
+        chosen &= column == value if is_word else np.isclose(column, value, 1e-9, 0)
         if not chosen.any():
             raise InputError(f"where: no chain has {name} = {shown(value)}")
     return chosen
 
 
-def _differing(table: Any, chosen: np.ndarray) -> list[str]:
-    """Quantities of one number that differ among some chains, that of most values first.
+def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list[str]]:
+    """x, if not told the quantity of most values, and what else differs among some chains.
 
-    The way of a sweep is one: a motion met on the way up is no replicate of one on the way down.
+    The way of a sweep is such: a motion met on the way up is no replicate of one on the way down.
     """
-    names_of_chains = [name for name in (*QUANTITIES, "way") if name in table]
-    columns = {name: table[name][chosen] for name in names_of_chains if table[name].ndim == 1}
-    many = {name: np.unique(column).size for name, column in columns.items()}
-    differing = sorted(many, key=lambda name: -many[name])
-    return [name for name in differing if many[name] > 1] or ["belt_velocity"]
+    columns, told = _columns(table), (*QUANTITIES, "way", "method", "time_step")
+    many = {name: np.unique(columns[name][chosen]).size for name in told if name in columns}
+    differing = sorted((name for name in many if many[name] > 1), key=lambda name: -many[name])
+    if x is None:
+        numbers = (name for name in differing if columns[name].dtype.kind != "U")
+        x = next(numbers, "belt_velocity")
+    return x, [name for name in differing if name != x]
 
 
 # --- slips and avalanches -------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from beltrepro.base.errors import InputError, NotEnoughDataError, require
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import (
+    LEAST_DRAWN,
     PowerLaw,
     PowerLawFit,
     fit_exponent,
@@ -78,15 +79,20 @@ def by_chain(sample: ChainValues) -> np.ndarray:
 
 
 def _independent(values: Any) -> ChainValues:
-    """Values with what can be drawn anew: their chains, or stretches of a single one."""
+    """Values with what can be drawn anew: their chains, or of few chains stretches of each."""
     if not isinstance(values, ChainValues):
         values = ChainValues(values, np.zeros(np.shape(checks.series("values", values))))
     if not np.isfinite(values.values).all():
         raise InputError("values: all must be finite numbers")
-    if np.unique(values.chain).size > 1:
+    chains = by_chain(values)
+    if len(chains) >= LEAST_DRAWN:
         return values
-    stretch = np.arange(len(values)) * estimates.STRETCHES // max(len(values), 1)
-    return replace(values, chain=stretch)
+    pieces = -(-estimates.STRETCHES // len(chains))
+    stretches = [
+        pieces * number + np.arange(one.size) * pieces // max(one.size, 1)
+        for number, one in enumerate(chains)
+    ]
+    return ChainValues(np.concatenate(chains), np.concatenate(stretches))
 
 
 # --- densities ------------------------------------------------------------------------------------
@@ -101,7 +107,7 @@ class Density:
     centre, width : array (B,)
         Of the bins; the centre is the geometric one.
     counts : array (C, B)
-        Values of each chain in each bin.
+        Values of each chain in each bin, or of each stretch of one.
     """
 
     centre: np.ndarray
@@ -194,8 +200,8 @@ def density(values: ChainValues | npt.ArrayLike, bins_per_decade: int = 5) -> De
     ----------
     values : ChainValues or array (S,)
         Values of chains, as `slip_sizes` gives them, whose scatter is the error; or those of one
-        series in the order of time, of which 16 stretches stand for chains. Those of 0 and below
-        are left out.
+        series in the order of time. Of fewer than 6 chains or one series stretches stand for
+        chains, 16 together or a few more. Those of 0 and below are left out.
     bins_per_decade : int
         The edges of the bins are 10**(i / bins_per_decade).
 

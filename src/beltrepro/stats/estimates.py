@@ -32,7 +32,7 @@ class Estimate:
     low, high : float
         Its 95 % interval; infinite where one run tells no error.
     runs : int or None
-        Independent runs, or stretches of one, that it rests on; None if it is no matter of chance.
+        Independent runs, or stretches of few, that it rests on; None if it is no matter of chance.
     still_open : int
         Of these, runs that must be longer to tell; the interval covers all they may be.
     """
