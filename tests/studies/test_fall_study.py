@@ -125,7 +125,9 @@ def test_lifetimes_over_ranges_of_the_belt_velocity():
 def test_contraction_of_made_up_runs():
     table = figure_data.dataset("contraction").set_index("n_blocks")
     # ten blocks are irregular at nearly all u, two never
-    assert table["irregular"][2] == 0 < table["irregular"][10] and table["exponent"][2] == pytest.approx(-0.01, abs=1e-4)
+    assert table["irregular"][2] == 0 < table["irregular"][10] and table["exponent"][
+        2
+    ] == pytest.approx(-0.01, abs=1e-4)
     assert np.isnan(table["exponent_irregular"][2]) and table["exponent_irregular"][10] > 0
     assert (table["exponent_low"] <= table["exponent"]).all() and table["erased"][10] == 10
 
