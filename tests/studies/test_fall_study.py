@@ -238,7 +238,7 @@ def test_which_orbits_exact_runs_meet(below, above, slips, verdict):
 
 @pytest.mark.parametrize(
     ("wide", "near", "verdict"),
-    [(17.2, 10.7, YES), (12, 10.7, IN_PART), (17.2, 11, IN_PART), (12, 11, IN_PART)],
+    [(17.2, 10.7, YES), (12, 10.7, IN_PART), (17.2, 11, OPEN), (12, 11, IN_PART)],
 )
 def test_where_chaos_ends(wide, near, verdict):
     made = figure_data.chaos_ends(np.arange(8.5, 17.11, 0.02), wide)

@@ -11,7 +11,7 @@ from beltrepro.stats.estimates import absent, bootstrap, difference, share_of, s
 
 MET_RANGES = ((14, 17), measure.ABOVE, (19.5, 21.5), (21.5, 24))  # of u: below the fall, and above
 BIRTH_RATIOS = 0.4, 0.45, 0.5  # friction ratios whose births the text tells
-CHAOS_LASTS = 10.7495, 10.7505  # range of u in which chaos lasts
+NEAR = 10.74, 10.76  # range of u in which chaos lasts at some velocities
 _ROUNDING = 1e-6  # of a grid of u
 SIZES = 4, 5, 6, 7, 10  # numbers of blocks whose exponents are compared
 SWEEPS = ("sweeps_fast", "sweeps", "sweeps_slow")  # the longer, the longer each u is held
@@ -63,17 +63,16 @@ def disturbance_clears(evidence):
 def chaos_ends(evidence):
     """Shares of runs that settle, on a fine grid of u, and near a velocity at which chaos lasts."""
     shares, further = {}, {}
-    for name, low, high in (
-        ("chaos_ends", 8.5, 17.1),
-        ("chaos_ends_near", 10.74, 10.745),
-        ("chaos_ends_near", *CHAOS_LASTS),
-    ):
+    for name, low, high in (("chaos_ends", 8.5, 17.1), ("chaos_ends_near", *NEAR)):
         arrays, words = evidence.dataset(name).arrays, f"{low:g} to {high:g}"
         velocity = arrays["belt_velocity"]
         here = (velocity >= low - _ROUNDING) & (velocity <= high + _ROUNDING)
         require(here.any(), f"no run at u = {words}")
         settled = arrays["settled"][here].astype(bool)
         shares[f"settled, {words}"] = measure.share_over(velocity[here], settled)
+        lasting = [not settled[velocity[here] == u].all() for u in np.unique(velocity[here])]
+        places = f"velocities at which a run lasts, {words}"
+        (shares if name.endswith("near") else further)[places] = share_of(np.array(lasting))
         further[f"median lifetime, {words}"] = bootstrap(np.median, [arrays["lifetime"][here]])
         slips = arrays["period_events"][here][settled]
         further[f"median slips, {words}"] = further[f"most slips, {words}"] = absent()
