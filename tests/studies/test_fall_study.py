@@ -259,7 +259,7 @@ def test_where_chaos_ends(wide, near, verdict):
 def test_what_clears_orbits_of_large_r(shares, verdict):
     exact, noisy, stepped = shares
     runs = figure_data.disturbances({0.0: exact, 1e-3: 0.4, 0.01: noisy})
-    made = {"disturbances": runs, "n5_replicates_wide": figure_data.disturbances({0.0: stepped})}
+    made = {"disturbances": runs, "disturbances_scheme": figure_data.disturbances({0.0: stepped})}
     fine = figure_data.disturbances({0.0: exact}).arrays
     made["fall_orbits"] = data(fine | {"state": np.full(fine["replicate"].size, "periodic")})
     assert grades("disturbance-clears", **made)[""] == verdict

@@ -397,7 +397,7 @@ def branching():
     made |= {name: sweeps(hold) for name, hold in holds.items()}
     tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets", "fall_shares"
     made["disturbances"] = disturbances({0.0: 0.6, 1e-4: 0.6, 1e-2: 0.9, 1.0: 0.3})
-    made["n5_replicates_wide"] = disturbances({0.0: 0.9})
+    made["disturbances_scheme"] = disturbances({0.0: 0.9})
     made["motion_map"] = dataset("motion_map")
     tables += "chaos_lifetimes", "disturbance_shares", "contraction"
     return made | {name: table(name, made) for name in tables}

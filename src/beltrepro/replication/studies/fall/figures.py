@@ -23,7 +23,7 @@ FIGURES = {
         category="Further studies",
     ),
     "disturbances": Figure(
-        uses=("disturbances", "n5_replicates_wide", "disturbance_shares"),
+        uses=("disturbances", "disturbances_scheme", "disturbance_shares"),
         category="Further studies",
     ),
 }
@@ -234,7 +234,7 @@ def disturbances(data):
         profile.errorbar(share, place[chosen], xerr=[share - low, high - share], **look)
     for line in rows["share"][by_scheme]:
         profile.axvline(line, color=style.VERMILION, linewidth=0.8, linestyle=":", zorder=0)
-    step = data["n5_replicates_wide"].attributes.get("time_step", np.nan)
+    step = data["disturbances_scheme"].attributes.get("time_step", np.nan)
     ends = np.log10(measure.noise_of_step(np.mean(measure.ABOVE), step))
     profile.axhspan(*ends, color=style.ORANGE, alpha=0.4, linewidth=0, zorder=0)
     printed = [none if noise == 0 else np.log10(noise) for noise in _PRINTED_NOISE]

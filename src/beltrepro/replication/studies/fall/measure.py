@@ -20,7 +20,7 @@ TABLES = {
     "fall_shares": Table(uses=("fall_orbits",)),
     "chaos_lifetimes": Table(uses=("chaos_ends", "chaos_ends_near")),
     "contraction": Table(uses=("motion_map",)),
-    "disturbance_shares": Table(uses=("disturbances", "n5_replicates_wide")),
+    "disturbance_shares": Table(uses=("disturbances", "disturbances_scheme")),
 }
 PAPER_RATIO = 0.45
 SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, from 0.07
