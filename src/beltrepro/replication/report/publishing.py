@@ -18,7 +18,7 @@ from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io, registry
 from beltrepro.replication.report import findings
 from beltrepro.replication.report.claim_results import Results, count, read, statements
-from beltrepro.replication.verdicts.criteria import QUESTIONS, YES
+from beltrepro.replication.verdicts.criteria import QUESTIONS
 
 PLACE = Path("docs/results")
 SHOWN = "paper"  # the run that article and README.md tell of
@@ -104,8 +104,8 @@ def block(folder: Path) -> str:
         "",
         words["below"],
         "",
-        f"Of {len(statements(results))} statements that could come out otherwise "
-        f"{' and '.join(_counted(one, counts[one]) for one in QUESTIONS)}. "
+        f"The paper makes {len(statements(results))} statements that could come out otherwise. "
+        f"{'; '.join(_counted(one, counts[one]) for one in QUESTIONS)}. "
         f"All of them: [report]({folder}/report.html) (download it), "
         f"[article]({folder}/article.pdf).",
     ]
@@ -113,9 +113,8 @@ def block(folder: Path) -> str:
 
 
 def _counted(question: str, verdicts: dict[str, int]) -> str:
-    """How many statements hold, and how many have each other verdict."""
-    others = (f"{number} {word}" for word, number in verdicts.items() if word != YES and number)
-    return f"{verdicts[YES]} are {question} ({', '.join(others)})"
+    """How many statements have each verdict."""
+    return f"*{question.capitalize()}*: {', '.join(f'{n} {word}' for word, n in verdicts.items())}"
 
 
 def _row(cells: Iterable[object]) -> str:
