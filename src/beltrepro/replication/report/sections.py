@@ -94,13 +94,10 @@ def times(material: Material) -> list[dict]:
 def environment(material: Material) -> dict:
     """Code, libraries, machines and constants: several values where datasets differ."""
     names = ("code_version", "processor", "libraries", "seed", "time_step")
-    # what batches of several versions made has them all in one text
-    values = {
-        name: dict.fromkeys(
-            text for one in material.datasets for text in str(one[name]).split("; ")
-        )
-        for name in names
-    }
+    values: dict[str, dict[str, None]] = {name: {} for name in names}
+    for one in material.datasets:
+        for name in names:  # what batches of several versions made has them all in one text
+            values[name] |= dict.fromkeys(str(one[name]).split("; "))
     return {name: "; ".join(filter(None, texts)) for name, texts in values.items()} | {
         "cores": os.cpu_count(),
         "constants": material.settings["model"],
