@@ -109,6 +109,7 @@ def test_method_of_all_datasets_in_one_line_but_for_pairs_of_methods():
     methods = {name: dataset.values()["method"] for name, dataset in datasets_made.items()}
     assert methods.pop("pairs_r_verlet") == ["verlet"]
     assert {name for name, used in methods.items() if used != ["event"]} == {
+        "disturbances_scheme",
         "pairs_paths_verlet",
         "pairs_slips_verlet",
         "pairs_states_verlet",

@@ -144,7 +144,7 @@ def test_the_first_screen_counts_statements_runs_and_criteria(text, results):
         f"{len(made)} statements that could come out otherwise; {len(seen)} can be tested",
         "rest on last t = 40000, those of the paper t = 2e6.",
         f"{runs[(len(runs) - 1) // 2]} independent runs (median; {runs[0]} to {runs[-1]})",
-        f"Of {len(seen)} statements that can be tested, {seen.count('the published run')} have",
+        f"of {len(seen)} statements that can be tested, {seen.count('the published run')} have",
     ):
         assert said in first
     buttons = re.findall(r'data-show="(.+?)" data-verdict="(.+?)" .*?>(.*?)</button>', text)
