@@ -81,14 +81,13 @@ def length(value: float) -> str:
 def _describe(dataset: Dataset) -> dict:
     attributes, arrays = dataset.attributes, dataset.arrays
     libraries = json.loads(attributes.get("library_versions", "{}"))
-    grids = ("n_blocks", "belt_velocity", "noise", "time_step", "seed")
+    grids = ("time_step", "seed")
     residual = arrays.get("energy_residual")
     return {name: _grid(arrays[name]) for name in grids} | {
         "name": attributes["dataset"],
         "kind": attributes["kind"],
         "method": attributes["method"],
         "duration": length(attributes["duration"]),
-        "transient": length(attributes.get("transient", 0.0)),
         "size": len(arrays["n_blocks"]),
         "energy_residual": "" if residual is None else f"{np.nanmax(np.abs(residual)):.1e}",
         "code_version": attributes["code_version"],

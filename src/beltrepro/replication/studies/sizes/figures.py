@@ -134,6 +134,7 @@ def fig22(data):
     scan = data["size_density"]
     noises = panels.levels(scan, "noise")[:MOST_NOISES]
     figure = style.page(7.0, wide=True)
+    figure.set_dpi(150)  # the noise of so many pixels makes a file of 3 MB at 300
     grid = figure.subplots(len(SIZES), max(noises.size, 1), sharex=True, sharey=True, squeeze=False)
     cells = [
         (axes, {"n_blocks": n_blocks, "noise": noise})
