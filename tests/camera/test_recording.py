@@ -35,7 +35,8 @@ def test_means_are_over_time_and_not_over_frames():
     # Twenty frames a second for the first half at 0.8 m, forty for the other at 1 m; then a gap.
     time = np.concatenate([np.arange(0, 50, 0.05), np.arange(50, 100, 0.025), [200.0]])
     position = np.where(time < 50, 0.8, 1.0)
-    recording = analyse(time, position)
+    with pytest.warns(UserWarning, match="gaps are 100 s of 200 s"):
+        recording = analyse(time, position)
     assert recording.mean_length == pytest.approx(0.9, rel=2e-3)
     assert recording.disorder_parameter == pytest.approx(0.1 / 0.9, rel=5e-3)
     assert recording.observed_s == pytest.approx(100, rel=2e-3)  # the gap counts for nothing
@@ -54,6 +55,35 @@ def test_quiet_stretches_are_found_and_only_long_ones_last():
         assert regimes(*bursts(), lasting_s=lasting_s).lasting_share == share
     assert analyse(*bursts(), quiet=0.2).small_share == 1.0
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
+
+
+@pytest.mark.parametrize("gap", [(60.0, 140.0), (100.0, 101.0)])
+def test_nothing_is_measured_across_a_gap(gap):
+    """Noise with a known law, and quiet on both sides of the gap; four frames are none."""
+    time, noise = coloured(np.random.default_rng(8), -2.0, 200.0)
+    few = abs(time - 30) > 1.6 / RATE
+    assert analyse(time[few], 0.9 + 0.005 * noise[few]).spectra["whole"].end_s == time[-1]
+    seen = (time < gap[0]) | (time >= gap[1])
+    lost = f"gaps are {np.diff(gap)[0]:g} s of 200 s of the recording: the spectrum"
+    with pytest.warns(UserWarning, match=lost):
+        calm = analyse(time[seen], 0.9 + 0.005 * noise[seen])
+    np.testing.assert_allclose(calm.small_s, [[0, gap[0]], [gap[1], 200]], atol=0.05)
+    whole = calm.spectra["whole"]
+    assert whole.end_s - whole.begin_s == pytest.approx(max(gap[0], 200 - gap[1]), abs=0.1)
+    assert whole.law.exponent == pytest.approx(-2, abs=0.3)
+    assert whole.x_m == pytest.approx(
+        0.9 + 0.005 * noise[(time >= whole.begin_s) & (time <= whole.end_s)]
+    )
+
+
+def test_a_recording_of_short_pieces_alone_is_refused():
+    time, x = bursts()
+    seen = time % 1 < 0.6
+    with pytest.raises(NotEnoughDataError, match="no 32 samples that no gap parts"):
+        analyse(time[seen], x[seen])
+    with pytest.warns(UserWarning, match="gaps are"):  # pieces of 3 s do not tell of 5 s
+        seen = analyse(time[time % 4 < 3], x[time % 4 < 3])
+    assert seen.small_share == 0
 
 
 # --- errors ---------------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """Densities, power laws and spectra of series with closed forms: values, intervals, few data."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -88,6 +90,8 @@ def test_a_law_through_the_bins_of_exact_values_lies_on_them():
     assert np.sum(found.density * found.width) == pytest.approx(1)
     assert repr(found).startswith("Density(40000 values of 16 chains, 11.2202 to 891.251")
     assert repr(law).startswith(f"PowerLaw(exponent={law.exponent.value:.6g} (")
+    assert repr(replace(law, p=0.09)).endswith("p=0.09 (refused))")
+    assert repr(replace(law, p=0.11)).endswith("p=0.11)")
 
 
 def test_errors_of_one_series_are_those_of_its_stretches():

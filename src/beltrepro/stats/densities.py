@@ -16,6 +16,7 @@ from beltrepro.base.errors import InputError, NotEnoughDataError, require
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import (
+    LEAST_DRAWN,
     PowerLaw,
     PowerLawFit,
     fit_exponent,
@@ -26,7 +27,6 @@ from beltrepro.stats.power_law import (
 
 FINE_BINS = 10  # a decade, in which the most probable value is looked for
 STARTS_TRIED = 12
-LEAST_DRAWN = 6  # chains that are drawn anew; of fewer their stretches are
 
 
 @names.checked

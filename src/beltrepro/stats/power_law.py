@@ -14,6 +14,8 @@ from scipy.special import boxcox, inv_boxcox
 from beltrepro.base.errors import require
 from beltrepro.stats.estimates import Estimate
 
+REFUSED = 0.1  # p below which values do not follow a law (Clauset et al., their Sec. 4.1)
+LEAST_DRAWN = 6  # runs that are drawn anew; of fewer their stretches are
 LEAST_VALUES = 50  # a rule of thumb of Clauset et al. (see `goodness_of_fit`), their Sec. 3.2
 _ONE_END = 1e-6  # share of ln(high / low) by which the mean of ln x must be off both ends
 
@@ -30,7 +32,7 @@ class PowerLaw:
         The range of x in which it was fitted.
     p : float
         Share of samples of the law that lie as far from their own fits as the values from this one:
-        below 0.1 they do not follow it. NaN of a straight line, which tests nothing.
+        below 0.1 the law is refused. NaN of a straight line, which tests nothing.
     """
 
     exponent: Estimate
@@ -45,6 +47,7 @@ class PowerLaw:
 
     def __repr__(self) -> str:
         test = "" if np.isnan(self.p) else f", p={self.p:.6g}"
+        test += " (refused)" if self.p < REFUSED else ""
         low, high = f"{self.exponent.low:.6g}", f"{self.exponent.high:.6g}"
         exponent = f"exponent={self.exponent.value:.6g} ({low} to {high})"
         return f"PowerLaw({exponent}, from {self.low:.6g} to {self.high:.6g}{test})"

@@ -17,7 +17,7 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError, NotEnoughDataError, require
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate, from_error
-from beltrepro.stats.power_law import PowerLaw, PowerLawFit, fit_log_log
+from beltrepro.stats.power_law import LEAST_DRAWN, PowerLaw, PowerLawFit, fit_log_log
 
 # The paper prints no fit range for Fig. 8. Below the lower bound lie times longer than the
 # stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).
@@ -26,7 +26,7 @@ _RESAMPLES = 200
 _ROUNDING = 1e-12  # of the values of a series
 # Of a series whose stretches are drawn anew: cycles of the lowest frequency in each, and how many.
 # With 4 the interval of noise of a known exponent holds it in 0.79 of the cases, from 6 on in 0.9.
-_MEAN_CYCLES, _LEAST_DRAWN, _MOST_DRAWN = 10, 6, 20
+_MEAN_CYCLES, _MOST_DRAWN = 10, 20
 # Of a series, at most; the slowest motion in the fit must pass so often in each, at least. Two or
 # three stretches tell their scatter so badly that the interval says nothing.
 _STRETCHES, _LEAST_STRETCHES, _LEAST_CYCLES = 8, 4, 4
@@ -114,7 +114,11 @@ class PowerSpectrum:
 
     @property
     def power(self) -> np.ndarray:
-        """One-sided power spectral density (F,), whose integral is the variance."""
+        """One-sided power spectral density (F,).
+
+        Its integral is the variance up to Hann's window, which weighs the middle of a series: of a
+        single one they can differ by some 10 %.
+        """
         return self._whole[1]
 
     @names.checked
@@ -180,7 +184,7 @@ class PowerSpectrum:
         (series, size), interval = self.series.shape, self.sample_interval
         shortest = _MEAN_CYCLES / low
         count = min(_MOST_DRAWN, int(size * interval / shortest + 1e-9))
-        least = -(-_LEAST_DRAWN // series)
+        least = -(-LEAST_DRAWN // series)
         require(
             count >= least,
             f"the series lasts {size * interval:.0f}: {least} stretches of "
@@ -193,7 +197,7 @@ class PowerSpectrum:
         inside = (frequency >= low) & (frequency <= high)
         # Most of a spectrum lies above the range, and each resample would average it in vain.
         power = np.array([power[inside] for _, power in spectra])
-        if series >= _LEAST_DRAWN:  # what lasts longer than a stretch is in the interval then
+        if series >= LEAST_DRAWN:  # what lasts longer than a stretch is in the interval then
             power = power.reshape(series, count, -1).mean(axis=1)
         return frequency[inside], power
 

@@ -14,6 +14,7 @@ from scipy import ndimage
 from beltrepro.base import checks
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
+from beltrepro.simulation.setup import warn
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import PowerLawFit
@@ -28,7 +29,7 @@ SMALL, LARGE, WHOLE = "small", "large", "whole"
 FIT_TO_HZ = FIT_BAND[1] / TIME_S
 # Median intervals without a frame from which on a recording has a gap; r leaves gaps out. Between
 # two whole numbers of frames, so that no rounding of instants decides.
-LONGEST_GAP = 3.5
+LONGEST_GAP = 5.5
 _SHORTEST_FIT = 3.0  # highest over lowest frequency
 _LEAST_SAMPLES = 32
 _LONGEST_M = 40.0  # mean length of a chain: of 200 blocks, or of five in centimetres
@@ -41,7 +42,7 @@ class Spectrum:
 
     begin_s: float  # the stretch
     end_s: float
-    x_m: np.ndarray  # its positions at equal intervals, straight across gaps
+    x_m: np.ndarray  # its positions at equal intervals
     frequency_hz: np.ndarray
     power: np.ndarray  # power spectral density, m^2/Hz
     law: PowerLawFit | None  # from the peak to FIT_TO_HZ; None if the peak lies too high for one
@@ -102,7 +103,8 @@ def analyse(
     """Analyse a recording of the last block, with frames at any instants.
 
     Means are over time: a sample stands for the time half-way to its neighbours, and gaps count for
-    nothing. For spectra the samples are interpolated at equal intervals, straight across gaps.
+    nothing. Stretches end at a gap, spectra are those of stretches without one, and a warning tells
+    how much of the whole that leaves out. For both the samples are interpolated at equal intervals.
     The amplitude is small where the standard deviation of x_N within a window is below a share of
     its mean. That criterion is ours: the paper gives none. A laminar phase of a simulation is
     something else, a long slip of the last block (docs/experiment.md).
@@ -137,6 +139,10 @@ def analyse(
         for log in (_log_disorder, _log_mean)
     )
     spectra = _spectra(time, position, parts)
+    if len(_pieces(time, parts.interval_s)) > 1:
+        span, one = np.ptp(time), spectra[WHOLE]
+        used = f"the spectrum of the whole is of {one.end_s - one.begin_s:.3g} s without one"
+        warn(f"gaps are {span - parts.observed_s:.3g} s of {span:.3g} s of the recording: {used}")
     return Recording(**vars(parts), time_s=time, x_m=position,
                      disorder=disorder, length=length, spectra=spectra)  # fmt: skip
 
@@ -164,12 +170,16 @@ def regimes(
         np.ptp(time) < _MOST_SAMPLES * interval,
         f"samples every {interval:.3g} s over {np.ptp(time):.3g} s: too far apart",
     )
-    halves = np.where(gaps > LONGEST_GAP * interval, interval, gaps) / 2
+    longest = LONGEST_GAP * interval
+    halves = np.where(gaps > longest, interval, gaps) / 2
     weight = np.pad(halves, (1, 0)) + np.pad(halves, (0, 1))
     mean = float(np.average(position, weights=weight))
     spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
-    small = _is_small(time, position, interval, window_s, quiet)
-    small_s = stretches(time, small)
+    parts, small = _pieces(time, interval), np.zeros(time.size, dtype=bool)
+    for one in parts:  # one that is shorter than the window does not tell its amplitude
+        if len(parts) == 1 or np.ptp(time[one]) >= window_s:
+            small[one] = _is_small(time[one], position[one], interval, window_s, quiet)
+    small_s = stretches(time, small, longest)
     lasting = small_s[np.diff(small_s, axis=1)[:, 0] > lasting_s]
     in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
     return Regimes(
@@ -182,14 +192,21 @@ def regimes(
         small=small,
         small_s=small_s,
         lasting_s=lasting,
-        lively_s=stretches(time, ~in_lasting),
+        lively_s=stretches(time, ~in_lasting, longest),
     )
 
 
-def stretches(time: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Begin and end (L, 2) of the runs of samples that are chosen."""
-    change = np.flatnonzero(np.diff(np.pad(chosen.astype(np.int8), 1)))
-    return np.column_stack([time[change[::2]], time[change[1::2] - 1]])
+def stretches(time: np.ndarray, chosen: np.ndarray, longest: float = math.inf) -> np.ndarray:
+    """Begin and end (L, 2) of the runs of samples that are chosen, which longer steps end."""
+    joined = chosen[1:] & chosen[:-1] & (np.diff(time) <= longest)
+    begins, ends = (chosen & ~np.pad(joined, side) for side in ((1, 0), (0, 1)))
+    return np.column_stack([time[begins], time[ends]])
+
+
+def _pieces(time: np.ndarray, interval: float) -> list[np.ndarray]:
+    """Numbers of the samples of each piece without a gap."""
+    cuts = np.flatnonzero(np.diff(time) > LONGEST_GAP * interval) + 1
+    return np.split(np.arange(time.size), cuts)
 
 
 def _log_mean(middle: float, moments: np.ndarray) -> float:
@@ -226,11 +243,11 @@ def _is_small(
 
 def _spectra(time: np.ndarray, position: np.ndarray, parts: Regimes) -> dict[str, Spectrum]:
     """Spectra of the whole, and of the longest stretches of each kind."""
-    spans = {WHOLE: (time[0], time[-1])}
-    for name, chosen in ((SMALL, parts.small), (LARGE, ~parts.small)):
-        spans[name] = max(stretches(time, chosen), key=np.ptp, default=(math.inf, math.inf))
+    small, longest = parts.small, LONGEST_GAP * parts.interval_s
     spectra = {}
-    for name, (begin, end) in spans.items():
+    for name, chosen in ((WHOLE, np.ones_like(small)), (SMALL, small), (LARGE, ~small)):
+        spans = stretches(time, chosen, longest)
+        begin, end = max(spans, key=np.ptp, default=(math.inf, math.inf))
         inside = (time >= begin) & (time <= end)
         if inside.sum() < _LEAST_SAMPLES:
             continue
@@ -241,4 +258,5 @@ def _spectra(time: np.ndarray, position: np.ndarray, parts: Regimes) -> dict[str
             require(low * _SHORTEST_FIT <= FIT_TO_HZ, "no room above the peak")
             law = fit_power_law(frequency, power, low=low, high=FIT_TO_HZ)
         spectra[name] = Spectrum(float(begin), float(end), even, frequency, power, law)
+    require(WHOLE in spectra, f"no {_LEAST_SAMPLES} samples that no gap parts")
     return spectra
