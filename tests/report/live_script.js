@@ -16,7 +16,7 @@ const play = part('[data-do="play"]');
 async function work() {
   seen.linked = ["n", "u", "sigma", "f", "speed"].map((name) => part(`[data-set="${name}"]`).value);
   if (play.textContent === "Play") play.click();
-  await wait(300);
+  for (let tries = 0; tries < 100 && time() <= 5; tries += 1) await wait(100);
   seen.played = time();
   play.click();
   const before = time();

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -14,7 +15,6 @@ from scipy import ndimage
 from beltrepro.base import checks
 from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
-from beltrepro.simulation.setup import warn
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import PowerLawFit
@@ -142,7 +142,8 @@ def analyse(
     if len(_pieces(time, parts.interval_s)) > 1:
         span, one = np.ptp(time), spectra[WHOLE]
         used = f"the spectrum of the whole is of {one.end_s - one.begin_s:.3g} s without one"
-        warn(f"gaps are {span - parts.observed_s:.3g} s of {span:.3g} s of the recording: {used}")
+        missing = f"{span - parts.observed_s:.3g} s of {span:.3g} s of the recording"
+        warnings.warn(f"gaps are {missing}: {used}", stacklevel=2)
     return Recording(**vars(parts), time_s=time, x_m=position,
                      disorder=disorder, length=length, spectra=spectra)  # fmt: skip
 
