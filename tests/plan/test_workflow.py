@@ -158,7 +158,7 @@ def test_touched_file_without_a_change_reruns_nothing_and_a_deleted_one_its_job(
             path.touch()
     (finished / "config.yaml").touch()
     assert jobs(snakemake(finished, "--dry-run", "all")) == {}
-    (finished / "results/smoke/datasets/basins_sizes.h5").unlink()
+    (finished / "results/smoke/datasets/survival_many.h5").unlink()
     count = jobs(snakemake(finished, "--dry-run"))
     assert count["join"] == 1 and "simulate" not in count
 

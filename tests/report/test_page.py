@@ -191,8 +191,8 @@ def decided(answer):
 
 
 def test_each_claim_stands_once_and_says_what_its_rows_say(text, results):
-    found = re.findall(r'<article class="claim [a-z-]+" id="(.*?)"', text)
-    assert sorted(found) == sorted(results)
+    listed = re.findall(r'<article class="claim [a-z-]+" id="(.*?)"', text)
+    assert sorted(listed) == sorted(results)
     for name, markup in cards(text).items():
         result, said = results[name], words(markup)
         claim = result.claim

@@ -93,8 +93,8 @@ def test_readme_has_the_numbers_of_the_published_run():
     assert written == publishing.block(PUBLISHED), "`make publish` writes it"
     results = read(PUBLISHED)
     for question, numbers in count(results).items():
-        told = ", ".join(f"{number} {word}" for word, number in numbers.items())
-        assert f"*{question.capitalize()}*: {told}" in written
+        counted = ", ".join(f"{number} {word}" for word, number in numbers.items())
+        assert f"*{question.capitalize()}*: {counted}" in written
     answers = results["u-critical"].answers.values()
     cells = (answer.numbers["critical"].estimate.words for answer in answers)
     assert f"| 16.5 | {' | '.join(cells)} |" in written

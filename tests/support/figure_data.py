@@ -388,7 +388,7 @@ def disturbances(shares):
 
 def branching():
     """The datasets and tables of the study of the fall."""
-    made = {"basins": basins(), "basins_sizes": basins((6, 7))}
+    made = {"basins": basins()}
     made |= {"small_orbits": small_orbits(), "friction_map": friction_map()}
     made["fall_orbits"] = fall_orbits()
     made["chaos_ends"] = chaos_ends(np.arange(9.0, 17, 0.1), 16.55)

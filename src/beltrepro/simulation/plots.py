@@ -141,8 +141,8 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
 
     The way of a sweep is such: a motion met on the way up is no replicate of one on the way down.
     """
-    columns, told = _columns(table), (*QUANTITIES, "way", "method", "time_step")
-    many = {name: np.unique(columns[name][chosen]).size for name in told if name in columns}
+    columns, compared = _columns(table), (*QUANTITIES, "way", "method", "time_step")
+    many = {name: np.unique(columns[name][chosen]).size for name in compared if name in columns}
     differing = sorted((name for name in many if many[name] > 1), key=lambda name: -many[name])
     if x is None:
         numbers = (name for name in differing if columns[name].dtype.kind != "U")

@@ -7,6 +7,13 @@ import numpy as np
 
 from beltrepro.stats.estimates import Estimate, bootstrap, mean, share_of
 
+PART = 0.5  # of an axis of u: velocities that are so near are often in one window
+
+
+def part_of(place: np.ndarray) -> np.ndarray:
+    """The upper end of the part of the axis in which each place lies."""
+    return np.ceil(place / PART - 1e-9) * PART
+
 
 def over_places(
     statistic: Callable[[np.ndarray], float], place: np.ndarray, values: np.ndarray

@@ -118,15 +118,15 @@ def repeated(states: npt.ArrayLike) -> np.ndarray:
     return again
 
 
-def occupied_bins(counts: npt.ArrayLike) -> np.ndarray:
-    """Fewest bins that hold 90 % of the crossings counted in each row (P, B); NaN for too few.
+def occupied_bins(counts: npt.ArrayLike, *, least: int = MINIMUM_CROSSINGS) -> np.ndarray:
+    """Fewest bins that hold 90 % of the crossings in each row (P, B); NaN for fewer than `least`.
 
     A measure of how a band diagram is filled that also serves with noise: a periodic orbit fills
     few bins, noise widens its lines, a chaotic band fills a good part of the range.
     """
     held = np.cumsum(np.sort(np.asarray(counts, dtype=float))[:, ::-1], axis=1)
     bins = 1.0 + np.sum(held < 0.9 * held[:, -1:], axis=1)
-    return np.where(held[:, -1] >= MINIMUM_CROSSINGS, bins, np.nan)
+    return np.where(held[:, -1] >= least, bins, np.nan)
 
 
 def zero_one_test(values: npt.ArrayLike) -> float:

@@ -19,6 +19,7 @@ from beltrepro.stats.estimates import Estimate, absent
 
 _ROBUST = "robust "
 WAYS = ("scheme", "exact", "starts")
+WHY = "fall"  # the part with the paragraphs on why r falls, named after its study
 
 
 class Finding(NamedTuple):
@@ -49,7 +50,7 @@ def findings_of(results: Results, part: str = "findings") -> list[Finding]:
 
 def check(results: Results) -> None:
     """Raise InputError for the first sentence that does not hold in a run."""
-    for finding in findings_of(results) + findings_of(results, "fall"):
+    for finding in findings_of(results) + findings_of(results, WHY):
         if finding.unmet:
             raise InputError(
                 f"{finding.text!r} is not what this run found: {'; '.join(finding.unmet)}; "
@@ -58,8 +59,7 @@ def check(results: Results) -> None:
 
 
 def printed_and_measured(results: Results) -> Iterator[tuple[str, ...]]:
-    """Rows of the table: a number as printed, by the scheme, by exact motion and from independent
-    starts, and whether the statement stands."""
+    """Rows of the table, whose columns stand in the file."""
     for entry in words()["numbers"]:
         cells = (number_at(entry[way], results).words if way in entry else "" for way in WAYS)
         claim = results.get(entry["claim"])
@@ -90,12 +90,12 @@ def typeset(text: str) -> str:
 def _finding(
     results: Results, topic: str, text: str, figure: str, verdicts: dict, numbers: dict
 ) -> Finding:
-    found = {claim: results[claim].verdicts if claim in results else {} for claim in verdicts}
+    answers = {claim: results[claim].verdicts if claim in results else {} for claim in verdicts}
     unmet = [
-        f"{claim} is {found[claim].get(question, 'missing')} as {question}, not {verdict}"
+        f"{claim} is {answers[claim].get(question, 'missing')} as {question}, not {verdict}"
         for claim, wanted in verdicts.items()
         for question, verdict in wanted.items()
-        if found[claim].get(question) != verdict
+        if answers[claim].get(question) != verdict
     ]
     if any(math.isnan(number_at(place, results).value) for place in criteria.names_in(text)):
         unmet.insert(0, "a number in it was not found")

@@ -17,7 +17,7 @@ from beltrepro.replication.plan import registry
 from beltrepro.replication.report.claim_results import Results, read
 from beltrepro.replication.verdicts.ledger import read_yaml
 
-SCREEN = 1100  # pixels, of a picture in the page
+SCREEN = 1000  # pixels, of a picture in the page
 ROOM = "beltrepro.replication.report"
 WORDS = read_yaml(ROOM, "page.yaml")
 
@@ -63,12 +63,12 @@ class Material:
 
 
 def _at_screen_size(path: Path) -> dict:
-    """A picture as WebP, a third of the bytes of the file, which lies beside the page."""
+    """A picture as WebP, a quarter of the bytes of the file, which lies beside the page."""
     with Image.open(path) as picture:
         image = picture.convert("RGB")
     image.thumbnail((SCREEN, 9 * SCREEN), Image.Resampling.LANCZOS)
     content = io.BytesIO()
-    image.save(content, "WEBP", quality=80)
+    image.save(content, "WEBP", quality=65)
     encoded = base64.b64encode(content.getvalue()).decode()
     return {"image": encoded, "width": image.width, "height": image.height}
 
@@ -81,11 +81,9 @@ def length(value: float) -> str:
 def _describe(dataset: Dataset) -> dict:
     attributes, arrays = dataset.attributes, dataset.arrays
     libraries = json.loads(attributes.get("library_versions", "{}"))
-    grids = ("time_step", "seed")
     residual = arrays.get("energy_residual")
-    return {name: _grid(arrays[name]) for name in grids} | {
+    return {name: _grid(arrays[name]) for name in ("time_step", "seed")} | {
         "name": attributes["dataset"],
-        "kind": attributes["kind"],
         "method": attributes["method"],
         "duration": length(attributes["duration"]),
         "size": len(arrays["n_blocks"]),

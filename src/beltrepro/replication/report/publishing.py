@@ -60,7 +60,7 @@ def set_article(run: Path) -> bytes:
         "version": io.said(run / "claims.csv").get("code_version", "1.0"),
         "kinds": {result.id: result.claim.kind for result in results.values()},
         "numbers": dict(_numbers(results)),
-        "fall": [one.parts for one in findings.findings_of(results, "fall")],
+        "fall": [one.parts for one in findings.findings_of(results, findings.WHY)],
         "columns": findings.words()["columns"],
         "measured": list(findings.printed_and_measured(results)),
         "alt": {name: figure.alt for name, figure in registry.figures().items()},

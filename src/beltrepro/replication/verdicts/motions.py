@@ -7,7 +7,6 @@ either, and the interval of a share covers both.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +17,7 @@ from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Ends, Evidenc
 from beltrepro.stats import estimates, sections
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.motion import CHAOTIC, PERIODIC, STABLE_CHAOS, TRANSIENT, above_zero
-from beltrepro.stats.places import share_over
+from beltrepro.stats.places import part_of, share_over
 
 N_BLOCKS = 5
 LONG = 1e5  # ten times the longest mean lifetime of a transient that the paper allows
@@ -29,10 +28,9 @@ SETTLING = {
 }
 SPREAD = 10.0  # of their starts
 MINIMUM_EXPONENTS = 3
-# By the look of a diagram motion is periodic if so few values, as an eye can tell apart, hold nine
-# crossings in ten; with fewer crossings it cannot be told.
-FEW_VALUES, MOST_CROSSINGS, FEWEST_CROSSINGS = 20, 0.9, 100
-PART = 0.5  # of the axis of u
+# By the look of a diagram motion is periodic if it occupies so few bins, as an eye can tell apart;
+# with fewer crossings it cannot be told.
+FEW_VALUES, FEWEST_CROSSINGS = 20, 100
 
 
 # --- runs of a given length -----------------------------------------------------------------------
@@ -101,17 +99,15 @@ def looks(
     """
     scan = "n5_density" if n_blocks == N_BLOCKS else "size_density"
     row = evidence.row(n_blocks, 0.0, scan=scan).within(low, high)
-    counts = row.points["section_histogram"].astype(float)
-    told = counts.sum(axis=1) >= FEWEST_CROSSINGS
-    filled = np.cumsum(np.sort(counts)[:, ::-1], axis=1)
-    few = np.sum(filled < MOST_CROSSINGS * filled[:, -1:], axis=1) + 1 <= FEW_VALUES
-    part = np.ceil(row.belt_velocity / PART - 1e-9)
+    filled = sections.occupied_bins(row.points["section_histogram"], least=FEWEST_CROSSINGS)
+    crossing = np.isfinite(filled)
+    velocity, few = row.belt_velocity[crossing], filled[crossing] <= FEW_VALUES
     shares = {
-        name: share_over(part[told], having[told])
+        name: share_over(part_of(velocity), having)
         for name, having in ((CHAOTIC, ~few), (PERIODIC, few))
     }
-    words = f"N = {n_blocks}: {told.sum()} of {told.size} velocities"
-    return shares, row.belt_velocity[few & told], words
+    words = f"N = {n_blocks}: {crossing.sum()} of {crossing.size} velocities"
+    return shares, velocity[few], words
 
 
 def between(values: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -170,18 +166,10 @@ class Settling:
 
         It hides its sign: that of a shift in time, which is zero, is among those of each run.
         """
-        return self._over_runs(self.arrays["irregular_exponent"], _median)
-
-    @property
-    def e_foldings(self) -> Estimate:
-        """Mean number of times by which a small deviation grows e-fold until a run settles."""
-        growth = self.arrays["irregular_exponent"] * self.arrays["lifetime"]
-        return self._over_runs(growth, estimates.mean)
-
-    def _over_runs(self, values: np.ndarray, typical: Callable[[np.ndarray], Estimate]) -> Estimate:
+        values = self.arrays["irregular_exponent"]
         values = values[np.isfinite(values)]
         if values.size >= MINIMUM_EXPONENTS:
-            return typical(values)
+            return _median(values)
         settled = self.arrays["settled"]
         require(settled.all(), f"{self.words}: longer runs are needed for an exponent")
         return estimates.absent(settled.size)

@@ -13,7 +13,7 @@ from beltrepro.stats.motion import UNSETTLED
 from beltrepro.stats.places import share_over
 
 TABLES = {
-    "basin_shares": Table(uses=("basins", "basins_sizes")),
+    "basin_shares": Table(uses=("basins",)),
     "sweep_falls": Table(uses=("sweeps", "sweeps_fast", "sweeps_slow")),
     "birth_lines": Table(uses=("small_orbits",)),
     "fall_onsets": Table(uses=("friction_map",)),
@@ -28,15 +28,13 @@ SMALL = 0.05  # r between the orbits of small r, up to 0.04, and all others, fro
 
 def basin_shares(data) -> pd.DataFrame:
     """A row for each N, u and energy of the starts."""
-    rows = []
-    for name in TABLES["basin_shares"].uses:
-        arrays = data[name].arrays
-        for place, runs in by_point(arrays, "n_blocks", "belt_velocity"):
-            for start, energy in enumerate(arrays["start_energy"]):
-                state = arrays["state"][runs, start].astype(str)
-                small = share_of(is_small(arrays["disorder_parameter"][runs, start], state))
-                row = place | {"start_energy": energy, "runs": small.runs}
-                rows.append(row | small.named("share", "low", "high"))
+    arrays, rows = data["basins"].arrays, []
+    for place, runs in by_point(arrays, "n_blocks", "belt_velocity"):
+        for start, energy in enumerate(arrays["start_energy"]):
+            state = arrays["state"][runs, start].astype(str)
+            small = share_of(is_small(arrays["disorder_parameter"][runs, start], state))
+            row = place | {"start_energy": energy, "runs": small.runs}
+            rows.append(row | small.named("share", "low", "high"))
     return pd.DataFrame(rows)
 
 

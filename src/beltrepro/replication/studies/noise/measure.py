@@ -9,7 +9,7 @@ from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
-from beltrepro.stats.places import over_places, share_over
+from beltrepro.stats.places import over_places, part_of, share_over
 from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
 from beltrepro.stats.states import intermittent_mask, laminar_phases
 
@@ -25,7 +25,6 @@ def rise(noise: np.ndarray, disorder: np.ndarray) -> dict[str, Estimate]:
 RANGE = (3.0, 15.0)
 LEAST_RUNS = 6
 LEAST_SHARED = 10
-PART = 0.5  # of the axis of u
 BINS = np.linspace(-120.0, 0.0, 101)  # of v_N: finer ones are not filled by 500 crossings
 
 
@@ -37,8 +36,8 @@ def share_in_windows(row: Cut, usual: Cut) -> Estimate:
     """
     part = row.within(*RANGE)
     filled, least = _filled(part), 0.5 * np.nanmedian(_filled(usual.within(*RANGE)))
-    place, told = np.ceil(part.belt_velocity / PART - 1e-9), np.isfinite(filled)
-    return share_over(place[told], filled[told] < least)
+    crossing = np.isfinite(filled)
+    return share_over(part_of(part.belt_velocity[crossing]), filled[crossing] < least)
 
 
 def spread_ratio(row: Cut) -> Estimate:

@@ -14,20 +14,17 @@ from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import transition
 from beltrepro.stats.estimates import bootstrap, difference, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
-from beltrepro.stats.places import over_places
+from beltrepro.stats.places import PART, over_places, part_of
 
 # --- the transition -------------------------------------------------------------------------------
-
-
-PART = 0.5  # of the axis of u, in which the points of a row count as runs at one place
 
 
 def _fall_of_row(evidence, n_blocks, noise):
     """The fall of r in a row from the declared start, up to where r rises again."""
     row = evidence.row(n_blocks, noise, scan=_diagram(n_blocks))
     row = row.within(*evidence.claim.parameters["rows"][n_blocks])
-    parts = np.ceil(row.belt_velocity / PART - 1e-9) * PART
-    return transition.fall(parts - PART / 2, row.disorder)
+    middle = part_of(row.belt_velocity) - PART / 2  # of points that count as runs at one place
+    return transition.fall(middle, row.disorder)
 
 
 def _diagram(n_blocks):

@@ -9,7 +9,7 @@ from beltrepro.replication.studies.transition import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, Settling, between
+from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, between, settling
 from beltrepro.stats import estimates, states
 from beltrepro.stats.motion import PERIODIC
 from beltrepro.stats.places import over_places, share_over
@@ -23,16 +23,8 @@ LEAST_POINTS = 3  # of a row whose ends lie outside: steps of 0.5 leave three in
 
 @claim("u7-periodic", SETTLING)
 def u7_periodic(evidence, names):
-    runs = _in_window(evidence, names)
+    runs = settling(evidence, names)
     return Measurement({"end in periodic stick-slip": runs.ends_periodic}, note=runs.words)
-
-
-def _in_window(evidence, names):
-    """Runs at the belt velocities of the claim, until they settle."""
-    runs, (low, high) = Settling.of(evidence, *names), evidence.claim.parameters["belt_velocity"]
-    inside = between(runs.arrays["belt_velocity"], low, high)
-    require(inside.any(), f"no runs at {low:g} <= u <= {high:g}")
-    return runs.where(inside)
 
 
 @claim("u20-transient", SCHEME)
@@ -184,7 +176,7 @@ def outlying_runs(evidence):
 @claim("u7-transient-chaos", SETTLING)
 def u7_transient_chaos(evidence, names):
     """How long runs at u = 7 are irregular before they become periodic, and their exponent then."""
-    runs, shown = _in_window(evidence, names), evidence.claim.parameters["irregular_for"]
+    runs, shown = settling(evidence, names), evidence.claim.parameters["irregular_for"]
     judged = {"ends periodic": runs.ends_periodic}
     judged[f"irregular for {shown}"] = runs.irregular_for(shown)
     also = {"half of the runs settle by": runs.half_life}
