@@ -223,9 +223,9 @@ def test_figures_have_their_claims_and_link_to_their_files(text, results):
 
 
 def test_a_picture_is_at_most_as_wide_as_a_screen(tmp_path):
-    Image.new("RGB", (2200, 1000), "white").save(tmp_path / "fig12.png")
+    Image.new("RGB", (2000, 900), "white").save(tmp_path / "fig12.png")
     made = material._at_screen_size(tmp_path / "fig12.png")
-    assert (made["width"], made["height"]) == (1100, 500)
+    assert (made["width"], made["height"]) == (1000, 450)
 
 
 # --- what was run ---------------------------------------------------------------------------------
