@@ -31,10 +31,14 @@ def section_of_attractor(evidence, reading):
     points = catalogue.arrays["section"]
     points = points[measure.before_settling(points)]
     moving = points["velocities"][:, -1] < catalogue.attributes["belt_velocity"] - 1e-6
-    groups = evidence.claim.parameters["groups"]
+    judged = {
+        "dimension": measure.section_dimension(points[moving], evidence.claim.parameters["groups"])
+    }
+    lasting = also if reading == SCHEME else judged  # the paper looked at what it shows, no longer
+    lasting["irregular for 1e6"] = runs.irregular_for(PERMANENT)
     return Measurement(
-        {"dimension": measure.section_dimension(points[moving], groups)},
-        also | {"irregular for 1e6": runs.irregular_for(PERMANENT)},
+        judged,
+        also,
         note=f"{moving.sum()} section points; {runs.words}",
     )
 
