@@ -386,6 +386,7 @@ def disturbances(shares):
     return Dataset(arrays | {"disorder_parameter": np.where(small, 0.015, 0.12)}, HOW)
 
 
+@functools.cache
 def branching():
     """The datasets and tables of the study of the fall."""
     made = {"basins": basins()}

@@ -149,11 +149,10 @@ def share(count: int, runs: int, still_open: int = 0) -> Estimate:
     that none and that all of those still open have the property; the value is that none has.
     """
     require(runs > 0, "no runs, 1 is needed")
-    least, most = (
-        scipy.stats.binomtest(having, int(runs)).proportion_ci(CONFIDENCE, method="exact")
-        for having in (int(count), int(count + still_open))
-    )
-    return Estimate(count / runs, float(least.low), float(most.high), int(runs), int(still_open))
+    most, tail = count + still_open, (1 - CONFIDENCE) / 2
+    low = scipy.special.betaincinv(count, runs - count + 1, tail) if count else 0.0
+    high = scipy.special.betainccinv(most + 1, runs - most, tail) if most < runs else 1.0
+    return Estimate(count / runs, float(low), float(high), int(runs), int(still_open))
 
 
 def share_of(having: np.ndarray, unknown: np.ndarray | None = None) -> Estimate:
