@@ -308,7 +308,7 @@ def test_a_cutoff_that_scatters_less_weighs_more():
         size = n_blocks**1.3 * np.exp(scatter * rng.standard_normal(chains))
         chain = np.repeat(np.arange(chains), 40)
         samples[n_blocks] = ChainValues(size[chain] * rng.uniform(0.9, 1, chain.size), chain)
-    growth = avalanches.growth(samples)
+    growth = avalanches.growth({n: avalanches.log_cutoff(one) for n, one in samples.items()})
     n_blocks = np.array(list(samples))
     cutoffs = [np.quantile(sample.values, 0.99) for sample in samples.values()]
     assert [estimate.value for estimate in growth.cutoffs] == pytest.approx(cutoffs)

@@ -5,10 +5,12 @@ import re
 import string
 import textwrap
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
+from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import style
 from beltrepro.simulation import artists
 from beltrepro.simulation.artists import plain_log  # noqa: F401
@@ -23,6 +25,9 @@ CHECK = "_check"  # suffix of a scan with some of the points by the other integr
 METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
 _PER_DECADE = 20  # medians of a spectrum
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
+_COLUMNS = 5000  # of a thinned curve: a page has 1000 pixels
+EXCERPT = "excerpt"  # in place of the kind of a dataset
+_SHORTAGE = "shortage"  # name of the words on it, in place of arrays
 
 
 # --- data -----------------------------------------------------------------------------------------
@@ -46,6 +51,51 @@ def draws(figures):
         return draw_from
 
     return decorated
+
+
+@dataclass(frozen=True)
+class Excerpt(Dataset):
+    """A dataset that keeps what is drawn of it, or has nothing else."""
+
+    drawn: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+
+
+def reduced(reduce):
+    """Decorator of what reduces a large dataset to the few arrays, by name, that a figure draws.
+
+    It is told the dataset, then words and numbers, then what else it reads. What it returns is
+    published in place of the dataset (`report/excerpts.py`).
+    """
+
+    @functools.wraps(reduce)
+    def reduced_to(dataset, *how):
+        drawn = dataset.drawn if isinstance(dataset, Excerpt) else {}
+        told = [f"{one}" for one in how if isinstance(one, str | int | float)]
+        place = " ".join([reduce.__name__.strip("_"), *told])
+        if place not in drawn:
+            if dataset.attributes.get("kind") == EXCERPT:
+                name = dataset.attributes["dataset"]
+                raise InputError(f"{name}: its excerpt has no {place!r}, which needs the dataset")
+            try:
+                drawn[place] = reduce(dataset, *how)
+            except NotEnoughDataError as reason:
+                drawn[place] = {_SHORTAGE: np.array(str(reason))}
+        if _SHORTAGE in drawn[place]:
+            raise NotEnoughDataError(str(drawn[place][_SHORTAGE]))
+        return drawn[place]
+
+    return reduced_to
+
+
+def thinned(x, y):
+    """Of a curve of many points its ends, and the least and greatest y in each of many columns."""
+    if x.size <= 2 * _COLUMNS:
+        return x, y
+    column = np.digitize(x, np.linspace(x[0], x[-1], _COLUMNS + 1)[1:-1])
+    order = np.lexsort((y, column))
+    first = np.flatnonzero(np.diff(column[order], prepend=-1))
+    kept = np.unique([*order[first], *order[first - 1], 0, x.size - 1])
+    return x[kept], y[kept]
 
 
 def levels(scan, name):
@@ -161,20 +211,31 @@ def zoom(axes, inner, time, values, window):
 def spectrum(axes, series, shown=np.asarray, *, ylabel=r"$S(\nu)$"):
     """Power spectrum of x_N after the transient, or what a function makes of it."""
     axes.set(xlabel=r"$\nu$", ylabel=ylabel)
-    time, position, _ = last_block(series)
-    chosen = time >= series.attributes["transient"]
     with shortage_on(axes):
-        interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
-        frequency, power = spectra.power_spectrum(position[chosen], interval)
-        power = shown(power)
+        drawn = _spectrum(series)
+        frequency, power = drawn["frequency"], shown(drawn["power"])
         axes.loglog(frequency, power, color=style.SKY, linewidth=0.3, alpha=0.5, rasterized=True)
         # the eye follows the upper end of what scatters: these are medians
-        bins = np.floor(_PER_DECADE * np.log10(frequency))
-        places = 10 ** ((np.unique(bins) + 0.5) / _PER_DECADE)
-        medians = [np.median(power[bins == one]) for one in np.unique(bins)]
-        axes.loglog(places, medians, color=style.BLUE, linewidth=0.9, label="median")
+        medians = shown(drawn["medians"])
+        axes.loglog(drawn["places"], medians, color=style.BLUE, linewidth=0.9, label="median")
         axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
-        axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
+        axes.set_ylim(shown(drawn["low"]), 5 * power.max())
+
+
+@reduced
+def _spectrum(series):
+    """The spectrum, its medians in narrow bins, and the lower end of its axis."""
+    time, position, _ = last_block(series)
+    chosen = time >= series.attributes["transient"]
+    interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
+    frequency, power = spectra.power_spectrum(position[chosen], interval)
+    bins = np.floor(_PER_DECADE * np.log10(frequency))
+    places = 10 ** ((np.unique(bins) + 0.5) / _PER_DECADE)
+    medians = np.array([np.median(power[bins == one]) for one in np.unique(bins)])
+    low = np.quantile(power[frequency <= _SPECTRUM_TO], 0.02)
+    logs, power = thinned(np.log(frequency), power)
+    curve = {"frequency": np.exp(logs), "power": power}
+    return curve | {"places": places, "medians": medians, "low": low}
 
 
 def power_law(axes, law, **look):
@@ -339,10 +400,11 @@ def against_noise(axes, scan, places):
 # --- traces with their laminar phases -------------------------------------------------------------
 
 
-def half_laminar(series, laminar_time, length):
-    """(begin, end) of the part of this length, after the transient, nearest to half laminar.
+@reduced
+def _half_laminar(series, laminar_time, length):
+    """x_N(t) in the part of this length, after the transient, nearest to half laminar.
 
-    The earliest of several: of a run that has one motion only, the begin.
+    The earliest of several: of a run that has one motion only, the first. With all laminar phases.
     """
     start, stop = (float(series.attributes[name]) for name in ("transient", "duration"))
     begins = np.arange(start, max(stop - length, start) + 1e-6, length / 10)
@@ -350,22 +412,23 @@ def half_laminar(series, laminar_time, length):
     first = begins[:, np.newaxis, np.newaxis]
     share = np.diff(np.clip(laminar, first, first + length), axis=2).sum(axis=(1, 2)) / length
     begin = float(begins[np.argmin(np.abs(share - 0.5).round(9))])
-    return begin, begin + length
-
-
-def laminar_trace(axes, series, laminar_time, window, *, zero=0.0):
-    """x_N(t) within `window` = (begin, end), laminar phases shaded and counted in the title.
-
-    zero : instant from which the time on the axis is counted.
-    """
     time, position, _ = last_block(series)
-    shown = (time >= window[0]) & (time <= window[1])
-    trace(axes, time[shown] - zero, position[shown], ylabel=POSITION)
-    laminar = states.laminar_phases(series, laminar_time)
-    for begin, end in np.clip(laminar, *window) - zero:
+    shown = (time >= begin) & (time <= begin + length)
+    time, position = thinned(time[shown] - begin, position[shown])
+    return {"begin": begin, "time": time, "position": position, "laminar": laminar}
+
+
+def laminar_trace(axes, series, laminar_time, length):
+    """x_N(t) where it is most nearly half laminar; laminar phases are shaded, in the title counted.
+
+    The axis has the time since then.
+    """
+    drawn = _half_laminar(series, laminar_time, length)
+    trace(axes, drawn["time"], drawn["position"], ylabel=POSITION)
+    for begin, end in np.clip(drawn["laminar"] - drawn["begin"], 0, length):
         if end > begin:
             axes.axvspan(begin, end, color=style.ORANGE, alpha=0.3, linewidth=0, zorder=0)
-    about = series.attributes
+    laminar, about = drawn["laminar"], series.attributes
     length = about["duration"] - about["transient"]
     share = np.diff(laminar, axis=1).sum() / length if length else 0.0
     many = "1 laminar phase" if len(laminar) == 1 else f"{len(laminar)} laminar phases"

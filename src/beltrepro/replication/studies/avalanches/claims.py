@@ -177,9 +177,12 @@ def soc_cutoff(evidence, names):
     def by_n(sample_of, **how):
         return {n: sample_of(catalogue, **how) for n, catalogue in catalogues.items()}
 
+    samples = {"slip size": by_n(slip_sizes), "energy": by_n(measure.all_energies)}
     grown = {
-        "slip size: growth with N": measure.growth(by_n(slip_sizes)).power,
-        "energy: growth with N": measure.growth(by_n(measure.all_energies)).power,
+        f"{name}: growth with N": measure.growth(
+            {n: measure.log_cutoff(sample) for n, sample in of_n.items()}
+        ).power
+        for name, of_n in samples.items()
     }
     form = measure.collapse(by_n(measure.all_energies, least_blocks=2))
     return Measurement(grown | form.judged, form.also)

@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.base.errors import NotEnoughDataError, require
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.simulation import artists
 from beltrepro.simulation.observables import avalanche_energies, slip_sizes
-from beltrepro.stats.densities import density
+from beltrepro.stats.densities import Density, density
+from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
 
@@ -41,13 +42,12 @@ _DASHED = {"linestyle": "--", "color": style.BLACK, "linewidth": 1.0}
 def fig08(data):
     """a: x_N(t); b: v_rN(t); c: the spectrum of the whole series; d: the fastest slip of b."""
     series = data["u1"]
-    time, position, relative = panels.last_block(series)
-    shown = time >= time[-1] - SHOWN
-    time, position, relative = time[shown] - time[shown][0], position[shown], relative[shown]
+    last = _last_part(series)
+    time, relative = last["time"], last["relative"]
     figure, (upper, lower, spectrum, enlarged) = panels.page(
         4.05, "aa;bb;cd", height_ratios=(1, 1, 1.4), width_ratios=(1.8, 1)
     )
-    panels.trace(upper, time, position, ylabel=panels.POSITION)
+    panels.trace(upper, time, last["position"], ylabel=panels.POSITION)
     panels.spectrum(spectrum, series, measure.as_amplitude, ylabel=r"amplitude $A(\nu)$")
     with panels.shortage_on(spectrum):
         _law(spectrum, series)
@@ -59,12 +59,26 @@ def fig08(data):
     return figure
 
 
-def _law(axes, series):
-    """The power law of the mean spectrum of its stretches, beside the printed one."""
+@panels.reduced
+def _last_part(series):
+    """The last block in the last part of a series."""
+    time, position, relative = panels.last_block(series)
+    shown = time >= time[-1] - SHOWN
+    time = time[shown] - time[shown][0]
+    return {"time": time, "position": position[shown], "relative": relative[shown]}
+
+
+@panels.reduced
+def _fit(series):
+    """The power law of the mean spectrum of the stretches of a series."""
     fit = measure.spectral_law(series, amplitude=True).judged
-    ours = {name: estimate.value for name, estimate in fit.items()}
+    return {name: estimate.value for name, estimate in fit.items()}
+
+
+def _law(axes, series):
+    """The fitted power law, beside the printed one."""
     for numbers, words, look in (
-        (ours, "fit: ", {}),
+        (_fit(series), "fit: ", {}),
         (printed("spectrum-exponent"), "paper: ", _DASHED),
     ):
         law = PowerLawFit(numbers["exponent"], numbers["prefactor"], *FIT_BAND)
@@ -78,7 +92,7 @@ def _law(axes, series):
 # --- Fig. 9: sizes and energies of avalanches -----------------------------------------------------
 
 
-FINE = 40  # bins a decade of the densities in grey
+FINE, COARSE = 40, 5  # bins a decade of the densities in grey and in blue
 LOCAL = 9  # of these, neighbours whose slope is a local exponent
 LEAST_IN_BIN = 5  # values, for a local exponent
 
@@ -86,28 +100,39 @@ LEAST_IN_BIN = 5  # values, for a local exponent
 @panels.draws(FIGURES)
 def fig09(data):
     """Densities of a: slip sizes, b: energies of avalanches; c, d: their local exponents."""
-    catalogue = measure.catalogue_of(data["slips_u1"])
     figure, grid = panels.page(3.9, "ab;cd", height_ratios=(1.7, 1))
-    sizes, energies = slip_sizes(catalogue), avalanche_energies(catalogue)
-    for (above, below), sample, claim, symbol, what in (
-        (grid[::2], sizes, "slip-size-exponent", r"\Delta x_s", "slips"),
-        (grid[1::2], energies, "slip-energy-exponent", r"\Delta E", "avalanches"),
+    for (above, below), claim, symbol, what in (
+        (grid[::2], "slip-size-exponent", r"\Delta x_s", "slips"),
+        (grid[1::2], "slip-energy-exponent", r"\Delta E", "avalanches"),
     ):
         below.sharex(above)
         above.set(xscale="log", yscale="log", ylabel=f"$P({symbol})$")
         below.set(xlabel=f"${symbol}$", ylabel="local exponent")
-        panels.remark(above, f"{len(sample)} {what}")
         try:
-            _densities(above, below, sample, claim)
+            _densities(above, below, data["slips_u1"], what, claim)
         except NotEnoughDataError as reason:
             for axes in (above, below):
                 panels.note(axes, str(reason))
     return figure
 
 
-def _densities(axes, below, sample, claim):
+_SAMPLES = {
+    "slips": slip_sizes,
+    "avalanches": avalanche_energies,
+    "all avalanches": measure.all_energies,
+}
+
+
+@panels.reduced
+def _binned(dataset, what, bins):
+    """The density of a sample from a catalogue."""
+    return vars(density(_SAMPLES[what](measure.catalogue_of(dataset)), bins))
+
+
+def _densities(axes, below, dataset, what, claim):
     """Density of a sample in fine and in coarse bins, with a law through these and the paper's."""
-    fine, coarse = density(sample, FINE), density(sample)
+    fine, coarse = (Density(**_binned(dataset, what, bins)) for bins in (FINE, COARSE))
+    panels.remark(axes, f"{fine.count.sum()} {what}")
     height = np.where(fine.count > 0, fine.density, np.nan)
     axes.plot(fine.centre, height, drawstyle="steps-mid", color="0.6", linewidth=0.7)
     _density(axes, coarse, fmt="o", color=style.BLUE, markersize=2.5)
@@ -146,24 +171,19 @@ MAGNIFIED = (560.0, 600.0)  # x_N, as in the paper
 def fig10(data):
     """Density of section points with v_rN < 0 in the plane (x_N, v_rN); c: a part of a, larger."""
     figure, (scheme, exact, magnified) = panels.page(4.05, "ab;cc", height_ratios=(1, 0.9))
-    for axes, name in (
-        (scheme, "section_u1"),
-        (exact, "section_u1_event"),
-        (magnified, "section_u1"),
+    for axes, name, part in (
+        (scheme, "section_u1", ()),
+        (exact, "section_u1_event", ()),
+        (magnified, "section_u1", MAGNIFIED),
     ):
-        position, relative, about = _slipping(data[name])
-        if axes is magnified:
-            inside = (position > MAGNIFIED[0]) & (position < MAGNIFIED[1])
-            position, relative = position[inside], relative[inside]
-        else:
-            panels.remark(axes, f"{panels.METHODS[about['method']]},\n{position.size} points")
+        about = data[name].attributes
         axes.set_xlabel(f"{panels.POSITION} at {_place(about)}")
-        if not position.size:
-            panels.note(axes, "no section point at which the last block slips", width=16)
-            continue
-        cells = int(np.clip(np.sqrt(position.size / PER_CELL) * 10, *CELLS))
-        count, *edges = np.histogram2d(position, relative, cells, density=True)
-        artists.density(axes, *edges, count.T)
+        with panels.shortage_on(axes, width=16):
+            cells = _cells(data[name], *part)
+            artists.density(axes, cells["position"], cells["relative"], cells["count"])
+            if not part:
+                words = f"{panels.METHODS[about['method']]},\n{cells['count'].sum()} points"
+                panels.remark(axes, words)
     exact.sharex(scheme)
     exact.sharey(scheme)
     scheme.set_ylabel(panels.RELATIVE_VELOCITY)
@@ -171,12 +191,16 @@ def fig10(data):
     return figure
 
 
-def _slipping(dataset):
-    """x_N and v_rN of the points at which the last block slips, and what the dataset is."""
-    about, points = dataset.attributes, dataset.arrays["crossings"]
-    relative = points["velocity"] - about["belt_velocity"]
-    slips = relative < -STUCK
-    return points["position"][slips], relative[slips], about
+@panels.reduced
+def _cells(dataset, low=-np.inf, high=np.inf):
+    """Points at which the last block slips, counted in cells of the plane (x_N, v_rN)."""
+    points, velocity = dataset.arrays["crossings"], dataset.attributes["belt_velocity"]
+    position, relative = points["position"], points["velocity"] - velocity
+    chosen = (relative < -STUCK) & (position > low) & (position < high)
+    require(chosen.any(), "no section point at which the last block slips")
+    cells = int(np.clip(np.sqrt(chosen.sum() / PER_CELL) * 10, *CELLS))
+    count, *edges = np.histogram2d(position[chosen], relative[chosen], cells)
+    return {"count": count.T.astype(np.uint32), "position": edges[0], "relative": edges[1]}
 
 
 def _place(about):
@@ -195,42 +219,54 @@ def avalanches(data):
     figure, (left, right, scaled) = panels.page(4.05, "aa;bc", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
-    catalogues = [measure.catalogue_of(data[name]) for name in FIGURES["avalanches"].uses]
-    samples = {one.parameters[0].n_blocks: measure.all_energies(one) for one in catalogues}
+    every = {data[name].attributes["n_blocks"]: data[name] for name in FIGURES["avalanches"].uses}
+    densities = {}
     with panels.shortage_on(left):
-        for index, (n_blocks, sample) in enumerate(samples.items()):
-            label = f"$N = {n_blocks}$, {sample.values.size} avalanches"
+        for index, (n_blocks, dataset) in enumerate(every.items()):
+            binned = Density(**_binned(dataset, "all avalanches", BINS_PER_DECADE))
+            label = f"$N = {n_blocks}$, {binned.count.sum()} avalanches"
             look = style.line_style(index) | style.look_of_size(n_blocks)
             look |= {"linewidth": 0.9, "markersize": 3, "elinewidth": 0.8}
-            _density(left, density(sample, BINS_PER_DECADE), label=label, **look)
+            _density(left, binned, label=label, **look)
+            densities[n_blocks] = binned
         left.legend(loc="lower left")
     scaled.set(xlabel=r"$\Delta E / N^p$", ylabel=r"$N^p P(\Delta E)$", xscale="log", yscale="log")
     try:
-        _scaled(scaled, samples, _cutoffs(right, samples))
+        _scaled(scaled, densities, _cutoffs(right, every))
     except NotEnoughDataError as reason:
         for axes in (right, scaled):
             panels.note(axes, str(reason), width=14)
     return figure
 
 
-def _scaled(axes, samples, power):
+def _scaled(axes, densities, power):
     """Densities of the chains whose cutoffs are fitted, over energies in units of N^power."""
-    for n_blocks in (n for n in samples if n >= LEAST_FITTED):
-        binned, unit = density(samples[n_blocks], BINS_PER_DECADE), float(n_blocks) ** power
+    for n_blocks in (n for n in densities if n >= LEAST_FITTED):
+        binned, unit = densities[n_blocks], float(n_blocks) ** power
         height = np.where(binned.count > 0, unit * binned.density, np.nan)
         look = style.look_of_size(n_blocks) | {"markersize": 2, "linewidth": 0.7}
         axes.plot(binned.centre / unit, height, **look)
 
 
-def _cutoffs(axes, samples):
+@panels.reduced
+def _cutoff(dataset):
+    """The cutoff of the energies of a catalogue as its logarithm, and the largest energy."""
+    sample = measure.all_energies(measure.catalogue_of(dataset))
+    return {"log": np.array(measure.log_cutoff(sample).numbers), "largest": sample.values.max()}
+
+
+def _cutoffs(axes, every):
     """Cutoffs and their power of N, which is returned; without N = 3, whose motion is another."""
-    n_blocks, cutoffs, _ = measure.growth(samples)
-    growth = measure.growth({n: sample for n, sample in samples.items() if n >= LEAST_FITTED})
+    ends = {n: _cutoff(dataset) for n, dataset in every.items()}
+    logs = {n: Estimate(*end["log"]) for n, end in ends.items()}
+    n_blocks, cutoffs, _ = measure.growth(logs)
+    growth = measure.growth({n: log for n, log in logs.items() if n >= LEAST_FITTED})
     numbers = np.transpose([estimate.numbers for estimate in cutoffs])
     label = f"{measure.CUTOFF_QUANTILE:.0%} quantile"
     panels.intervals(axes, n_blocks, *numbers, fmt="o", color=style.BLUE, label=label)
-    largest = [sample.values.max() for sample in samples.values()]
-    axes.plot(n_blocks, largest, "^", color=style.GREY, label="largest")
+    axes.plot(
+        n_blocks, [end["largest"] for end in ends.values()], "^", color=style.GREY, label="largest"
+    )
     look = {"color": style.VERMILION, "label": rf"$\propto N^{{{growth.power.value:.2f}}}$"}
     axes.plot(growth.n_blocks, growth.line(), **look)
     axes.set_xticks(n_blocks, [f"{n:g}" for n in n_blocks])

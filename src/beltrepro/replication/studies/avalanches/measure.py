@@ -143,21 +143,23 @@ class Growth(NamedTuple):
         return np.exp(height + self.power.value * (places - place))
 
 
-def growth(samples: dict[int, ChainValues]) -> Growth:
-    """Growth with N of the value that 1 % of a sample exceed; chains are drawn anew."""
+def log_cutoff(sample: ChainValues) -> Estimate:
+    """Logarithm of the value that 1 % of a sample exceed; chains are drawn anew."""
+    require(sample.values.size, "a chain without an avalanche")
 
-    def log_cutoff(drawn):
+    def of(drawn):
         return np.log(np.quantile(np.concatenate(list(drawn)), CUTOFF_QUANTILE))
 
-    require(all(one.values.size for one in samples.values()), "a chain without an avalanche")
-    logs = [
-        estimates.bootstrap(log_cutoff, [by_chain(sample)], grid_spacing=CUTOFF_RESOLUTION)
-        for sample in samples.values()
-    ]
-    require(all(np.isfinite(log.high) for log in logs), "one chain tells no interval of a cutoff")
-    sizes = np.array(list(samples))
-    power = estimates.slope(np.log(sizes), logs)
-    return Growth(sizes, [estimates.mapped(np.exp, log) for log in logs], power)
+    log = estimates.bootstrap(of, [by_chain(sample)], grid_spacing=CUTOFF_RESOLUTION)
+    require(np.isfinite(log.high), "one chain tells no interval of a cutoff")
+    return log
+
+
+def growth(logs: dict[int, Estimate]) -> Growth:
+    """Growth of a cutoff with N, from its logarithms."""
+    sizes = np.array(list(logs))
+    power = estimates.slope(np.log(sizes), [*logs.values()])
+    return Growth(sizes, [estimates.mapped(np.exp, log) for log in logs.values()], power)
 
 
 def collapse(samples: dict[int, ChainValues]) -> Measurement:

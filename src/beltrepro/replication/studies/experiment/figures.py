@@ -262,16 +262,23 @@ def _arrow(axes, begin, end, colour, style="-|>"):
 @panels.draws(FIGURES)
 def fig02(data):
     """The first frame of the film, with the names of its parts."""
-    picture = next(data["belt_028_film"]()).picture
+    first = _first_frame(data["belt_028"], data["belt_028_film"])
+    picture = first["picture"]
     figure, (axes,) = _page(1.25, "a")
     axes.set_title("", loc="left")
     height, width = picture.shape
     axes.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
-    blocks_m = to_si(data["belt_028"].arrays["positions"][0], "length")
-    _name_parts(axes, partial(pixel, data["belt_028_track"]), blocks_m)
+    _name_parts(axes, partial(pixel, data["belt_028_track"]), first["blocks_m"])
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height + 55, -60), xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     return figure
+
+
+@panels.reduced
+def _first_frame(series, film):
+    """The picture, and the places of the blocks in it."""
+    blocks_m = to_si(series.arrays["positions"][0], "length")
+    return {"picture": next(film()).picture, "blocks_m": blocks_m}
 
 
 def _name_parts(axes, pixel, blocks_m):
@@ -319,13 +326,9 @@ def fig03(data):
     track = data["belt_028_track"]
     figure, (axes,) = _page(3.0, "a")
     axes.set_title("", loc="left")
-    begin = _about_fastest_slip(track)
-    chosen = slice(begin, begin + STRIPS)
-    first, last = track.time_s[chosen][[0, -1]]
-    frames = itertools.takewhile(lambda f: f.time_s < last + _NEAR_S, data["belt_028_film"]())
-    pictures = [frame.picture for frame in frames if frame.time_s > first - _NEAR_S][:STRIPS]
-    time, position = track.time_s[chosen] - first, 100 * track.x_m[chosen]
-    _draw_strips(axes, pictures, track, position.mean() / 100)
+    chosen = _about_fastest_slip(track)
+    time, position = track.time_s[chosen] - track.time_s[chosen][0], 100 * track.x_m[chosen]
+    _draw_strips(axes, _strips(data["belt_028"], data["belt_028_film"], track)["strips"], track)
     axes.plot(position, np.arange(len(time)) + 0.5, ".", color=style.VERMILION, markersize=2)
     axes.set_yticks(np.arange(0, len(time), 6) + 0.5, [f"{instant:.2f}" for instant in time[::6]])
     axes.set(xlabel=LENGTH, ylabel="$t$ since the first frame (s)")
@@ -334,19 +337,28 @@ def fig03(data):
 
 
 def _about_fastest_slip(track):
-    """Number of the first place of a second, with the fastest way back in its middle."""
+    """The places of a second with the fastest way back in its middle."""
     shown = track.time_s <= SHOWN_S
     speed = np.diff(track.x_m[shown]) / np.diff(track.time_s[shown])
-    return int(np.clip(speed.argmin() - STRIPS // 2, 0, max(0, shown.sum() - STRIPS)))
+    begin = int(np.clip(speed.argmin() - STRIPS // 2, 0, max(0, shown.sum() - STRIPS)))
+    return slice(begin, begin + STRIPS)
 
 
-def _draw_strips(axes, pictures, track, middle_m):
-    """Thresholded pictures, cut to the lane of the chain at this place, one below the other."""
-    half = 0.53 * Scene().block_width
+@panels.reduced
+def _strips(series, film, track):
+    """Thresholded frames, cut to the lane of the chain at the place of the last block."""
+    chosen, half = _about_fastest_slip(track), 0.53 * Scene().block_width
+    (first, *_, last), middle_m = track.time_s[chosen], track.x_m[chosen].mean()
     top, bottom = (round(pixel(track, middle_m, side)[1]) for side in (-half, half))
     lane = slice(max(0, top), bottom)
-    strips = [white(picture, track.metres_per_pixel)[lane] for picture in pictures]
-    width, scale = pictures[0].shape[1], 100 * track.metres_per_pixel
+    frames = itertools.takewhile(lambda f: f.time_s < last + _NEAR_S, film())
+    pictures = [frame.picture for frame in frames if frame.time_s > first - _NEAR_S][:STRIPS]
+    return {"strips": np.array([white(one, track.metres_per_pixel)[lane] for one in pictures])}
+
+
+def _draw_strips(axes, strips, track):
+    """One below the other."""
+    width, scale = strips.shape[2], 100 * track.metres_per_pixel
     edges = (np.array([-0.5, width - 0.5]) - track.zero[0]) * scale
     look = {"cmap": "gray", "aspect": "auto", "interpolation": "nearest"}
     axes.imshow(np.vstack(strips), extent=(*edges, len(strips), 0), **look)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.patches import FancyArrowPatch
 
+from beltrepro.base.errors import require
 from beltrepro.model.parameters import ChainParameters
 from beltrepro.model.spring import external_force, spring_force
 from beltrepro.replication.drawing import panels, style
@@ -70,12 +71,9 @@ def fig07(data):
     axes.set(xlabel="$F_{ex}$", ylabel="$F_f$")
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
-    event = _choose_event(series)
-    if event is None:
-        panels.note(axes, "no complete stick-slip event in this series")
-        return figure
-    _draw_event(axes, series, io.chain(series), event)
-    axes.legend(loc="lower left")
+    with panels.shortage_on(axes):
+        _draw_event(axes, _forces(series), io.chain(series))
+        axes.legend(loc="lower left")
     return figure
 
 
@@ -100,16 +98,22 @@ def _sampled(time, begin, end):
     return np.searchsorted(time, end) - np.searchsorted(time, begin) >= 10
 
 
-def _draw_event(axes, series, chain, event):
-    time = series.arrays["time"]
-    column = event.block - 1
-    friction = series.arrays["friction"][:, column]
+@panels.reduced
+def _forces(series):
+    """External force and friction of the event, and whether the block is stuck, in each sample."""
+    event = _choose_event(series)
+    require(event is not None, "no complete stick-slip event in this series")
+    time, column = series.arrays["time"], event.block - 1
     # Samples strictly inside each phase: at the instants themselves either law may hold.
-    stuck = (time > event.begin) & (time < event.start)
-    slips = (time > event.start) & (time < event.stop)
-    external = np.full(time.size, np.nan)
-    shown = stuck | slips
-    external[shown] = external_force(series.arrays["positions"][shown], chain)[:, column]
+    shown = (time > event.begin) & (time < event.stop) & (time != event.start)
+    external = external_force(series.arrays["positions"][shown], io.chain(series))[:, column]
+    friction, stuck = series.arrays["friction"][shown, column], time[shown] < event.start
+    return {"block": event.block, "external": external, "friction": friction, "stuck": stuck}
+
+
+def _draw_event(axes, forces, chain):
+    external, friction, stuck = (forces[name] for name in ("external", "friction", "stuck"))
+    slips = ~stuck
     for phase, label, look in (
         (stuck, "stuck: $F_f = -F_{ex}$", {"color": style.BLUE, "lw": 3.2, "dashes": (2.2, 1.1)}),
         (slips, "slipping: $F_f = f_s F_{st}$", {"color": style.VERMILION, "lw": 0.5}),
@@ -126,7 +130,7 @@ def _draw_event(axes, series, chain, event):
     _draw_level(axes, chain.friction_ratio * chain.static_friction, "$f_s F_{st_0}$")
     deviation = f"deviation {np.std(friction[slips]):.2f}"
     deviation += rf" ($f_s \sigma$ = {chain.friction_ratio * chain.noise:.2f})"
-    panels.remark(axes, f"block {event.block} of {chain.n_blocks}; while slipping {deviation}")
+    panels.remark(axes, f"block {forces['block']} of {chain.n_blocks}; while slipping {deviation}")
 
 
 def _draw_level(axes, level, text):

@@ -140,8 +140,7 @@ def fig16(data):
     figure, (shares, *traces, left, right) = panels.page(4.05, "aa;bb;cc;de")
     for axes, spectrum, name in zip(traces, (left, right), ("u17", "u19"), strict=True):
         series = data[name]
-        window = panels.half_laminar(series, laminar_time, SHOWN)
-        panels.laminar_trace(axes, series, laminar_time, window, zero=window[0])
+        panels.laminar_trace(axes, series, laminar_time, SHOWN)
         axes.set_xlabel(panels.TIME)
         axes.locator_params(axis="x", nbins=5)
         panels.spectrum(spectrum, series)

@@ -81,8 +81,7 @@ def fig20(data):
         axes.sharex(stack[0])
         axes.sharey(stack[0])
         axes.tick_params(labelbottom=axes is stack[-1])
-        begin, _ = panels.half_laminar(series, laminar_time, SHOWN_LENGTH)
-        panels.laminar_trace(axes, series, laminar_time, (begin, begin + SHOWN_LENGTH), zero=begin)
+        panels.laminar_trace(axes, series, laminar_time, SHOWN_LENGTH)
     stack[-1].set_xlabel("$t$ since the left edge of the panel")
     _last_sticks(last_sticks, lasting, scan, laminar_time)
     return figure

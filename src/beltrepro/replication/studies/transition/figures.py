@@ -42,47 +42,56 @@ def fig11(data):
     figure, (above, relative, rest, enlarged, ends) = panels.page(
         4.05, "aa;bb;cc;de", height_ratios=(1, 0.8, 1, 1.1)
     )
-    time, position, velocity = panels.last_block(data["u20_slips"])
-    last_stick = _last_stick(time, velocity)
-    shown = time <= (1 + AFTER) * last_stick + ZOOM
-    for axes, values, label in (
-        (above, position, panels.POSITION),
-        (relative, velocity, panels.RELATIVE_VELOCITY),
-    ):
-        _envelope(axes, time[shown], values[shown], last_stick, label)
-    last = time[shown][-1]
-    panels.zoom(above, enlarged, time, position, (last - ZOOM, last))
+    slips = _transient(data["u20_slips"], "last stick")
+    last_stick, last = slips["end"], slips["enlarged"][0, -1]
+    _envelope(above, slips["x_N"], last_stick, panels.POSITION)
+    _envelope(relative, slips["v_rN"], last_stick, panels.RELATIVE_VELOCITY)
+    panels.zoom(above, enlarged, *slips["enlarged"], (last - ZOOM, last))
     enlarged.set(xlabel=panels.TIME, ylabel=panels.POSITION)
     spread = data["u20_slips"].attributes["initial_spread"]
     panels.remark(above, f"start moved by {spread:g}: last stick at $t$ = {last_stick:.0f}")
 
     series = data["u20"]
-    time, position, velocity = panels.last_block(series)
-    orbit = measure.settled_orbit(time, series.arrays["positions"], series.arrays["velocities"])
-    end, period = orbit or (_last_stick(time, velocity), np.nan)
-    shown = time <= (1 + AFTER) * end + ZOOM
-    _envelope(rest, time[shown], position[shown], end, panels.POSITION)
+    settles = _transient(series, "orbit")
+    end, period = settles["end"], settles["period"]
+    _envelope(rest, settles["x_N"], end, panels.POSITION)
     rest.set_xlabel(panels.TIME)
-    words = f"period {period:.1f} from $t$ = {end:.0f} on" if orbit else "no period found"
+    is_orbit = np.isfinite(period)
+    words = f"period {period:.1f} from $t$ = {end:.0f} on" if is_orbit else "no period found"
     panels.remark(rest, f"start at rest: {words}")
     _ends(ends, data["lifetimes"], float(series.attributes["belt_velocity"]))
     return figure
 
 
-def _last_stick(time, velocity):
-    stuck = np.flatnonzero(np.abs(velocity) < 1e-9)
-    return float(time[stuck[-1]]) if stuck.size else 0.0
+@panels.reduced
+def _transient(series, until):
+    """x_N(t) and v_rN(t) up to some time after their transient ends, and the end of x_N(t) whole.
+
+    until : "orbit", if the motion comes to rest on one, or "last stick".
+    """
+    time, position, velocity = panels.last_block(series)
+    stuck = time[np.abs(velocity) < 1e-9]
+    end, period = (float(stuck[-1]) if stuck.size else 0.0), np.nan
+    if until == "orbit":
+        states = series.arrays["positions"], series.arrays["velocities"]
+        end, period = measure.settled_orbit(time, *states) or (end, period)
+    shown = time <= (1 + AFTER) * end + ZOOM
+    time, position, velocity = time[shown], position[shown], velocity[shown]
+    last = time >= time[-1] - ZOOM
+    curves = {"x_N": panels.thinned(time, position), "v_rN": panels.thinned(time, velocity)}
+    curves["enlarged"] = time[last], position[last]
+    return {name: np.array(curve) for name, curve in curves.items()} | {
+        "end": end,
+        "period": period,
+    }
 
 
-def _envelope(axes, time, values, end, label):
+def _envelope(axes, curve, end, label):
     """A trace with the end of its transient, here dashed and in the paper dotted."""
-    if not time.size:
-        panels.note(axes, "no samples")
-        return
-    artists.envelope(axes, time, values)
+    artists.envelope(axes, *curve)
     axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
     axes.axvline(end, color=style.VERMILION, linestyle="--")
-    axes.set(xlim=(0, time[-1]), ylabel=label)
+    axes.set(xlim=(0, curve[0, -1]), ylabel=label)
 
 
 def _ends(axes, scan, velocity):
@@ -143,12 +152,18 @@ def _disorder(axes, data):
     panels.finish_curves(axes, xlabel="", handlelength=0.6)
     panels.make_room(axes, above=0.22)
     if starts is not None:
-        _mark_transition(axes, measure.fall(starts, N_BLOCKS, 0.0))
+        _mark_transition(axes, _fall(starts))
     panels.printed_range(axes, *PRINTED, f"paper: {PRINTED[0]} to {PRINTED[1]}")
 
 
+@panels.reduced
+def _fall(scan):
+    fall = measure.fall(scan, N_BLOCKS, 0.0)
+    return {name: fall[name].value for name in ("lower", "critical", "upper")}
+
+
 def _mark_transition(axes, fall):
-    lower, critical, upper = (fall[name].value for name in ("lower", "critical", "upper"))
+    lower, critical, upper = (fall[name] for name in ("lower", "critical", "upper"))
     if np.isnan(critical):
         return
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
