@@ -19,14 +19,17 @@ SNAKEMAKE := $(IN_ENV) snakemake --cores $(CORES)
 LOCKED_SETUPTOOLS = awk '/^[^ ]/ { found = /^setuptools==/ } found' requirements.txt
 
 .DEFAULT_GOAL := figures
-.PHONY: figures smoke paper test lint docs verify checksums publish archive interruptions cache bench env slurm lock clean \
-        help
+.PHONY: figures figures-only smoke paper test lint docs verify checksums publish archive interruptions cache bench env \
+        slurm lock clean help
 
 figures: env  ## every figure, number and the report, standard lengths (default)
 	$(SNAKEMAKE) $(ARGS)
 
 smoke: env  ## the same in minutes, on short runs and coarse grids
 	$(SNAKEMAKE) $(ARGS) --config preset=smoke
+
+figures-only: env  ## the published figures again, without simulating, to build/figures; ARGS=fig12
+	$(BIN)/python -m beltrepro.replication.report.excerpts $(ARGS)
 
 paper: env  ## the same with the lengths of the paper: hours
 	$(SNAKEMAKE) $(ARGS) --config preset=paper
@@ -51,7 +54,7 @@ verify: env  ## compare results with the published list; RUN=standard for anothe
 checksums: env  ## write that list anew from the results, after a change of numbers; RUN=standard
 	$(BIN)/beltrepro verify results/$(RUN) --write
 
-publish: env  ## report, article, figures and claims of a finished run to docs/results, numbers to README; RUN=paper
+publish: env  ## report, article, figures, what they draw, claims of a run to docs/results, numbers to README; RUN=paper
 	$(BIN)/python -m beltrepro.replication.report.publishing results/$(RUN)
 	$(BIN)/beltrepro verify results/$(RUN) --write
 

@@ -16,13 +16,14 @@ from beltrepro.base import seal
 from beltrepro.base.atomic import replacing
 from beltrepro.base.errors import InputError
 from beltrepro.replication.plan import io, registry
-from beltrepro.replication.report import findings
+from beltrepro.replication.report import excerpts, findings
 from beltrepro.replication.report.claim_results import Results, count, read, statements
 from beltrepro.replication.verdicts.criteria import QUESTIONS
 
 PLACE = Path("docs/results")
 SHOWN = "paper"  # the run that article and README.md tell of
 FILES = ("report.html", "claims.csv", "estimates.csv")
+BESIDE = ("figures/*.png", "tables/*.csv", "experiment/*.csv")
 ARTICLE = Path("docs/article/article.typ")
 BEGIN, END = "<!-- results: written by `make publish` -->", "<!-- end of results -->"
 
@@ -32,16 +33,18 @@ def publish(results: Path, place: Path = PLACE) -> Path:
 
     The run `paper` is refused where a sentence of the findings or of the article does not hold.
     """
-    beside = (*results.glob("figures/*.png"), *results.glob("tables/*.csv"))
+    beside = (path for pattern in BESIDE for path in results.glob(pattern))
     names = [*FILES, *sorted(path.relative_to(results).as_posix() for path in beside)]
     for name in names:
         seal.check(results / name)
     article = set_article(results) if results.name == SHOWN else b""
+    drawn = excerpts.excerpts(results)
     target = place / results.name
     shutil.rmtree(target, ignore_errors=True)
     for name in names:
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(results / name, target / name)
+    excerpts.write(drawn, target)
     if article:
         (target / "article.pdf").write_bytes(article)
         seal.put(target / "article.pdf")
