@@ -96,9 +96,7 @@ def test_a_reduction_is_kept_by_what_it_is_told_and_asks_for_the_dataset():
     for dataset in (whole, published, published):
         with pytest.raises(NotEnoughDataError, match=r"^too few$"):
             _last(dataset, 4)
-    with pytest.raises(
-        InputError, match="u1: its excerpt has no 'last 3', which needs the dataset"
-    ):
+    with pytest.raises(InputError, match="u1: its excerpt has no 'last 3'"):
         _last(published, 3)
 
 
@@ -107,11 +105,9 @@ def test_a_thinned_curve_has_its_ends_and_the_extremes_of_narrow_columns():
     thin, values = panels.thinned(x, y)
     assert (thin[0], thin[-1]) == (0, 99_999) and thin.size <= 10_002
     assert np.array_equal(values, y[thin.astype(int)]) and np.all(np.diff(thin) > 0)
-    width = 100
-    for extreme in (np.min, np.max):  # of columns that are whole ones of the thinned curve
-        wide = extreme(y.reshape(-1, width), axis=1)
-        near = [extreme(values[(thin >= i - 20) & (thin < i + width + 20)]) for i in x[::width]]
-        assert np.all(np.abs(near) >= np.abs(wide))
+    parts = np.split(values, np.searchsorted(thin, x[1000::1000]))
+    for extreme in (np.min, np.max):  # but of a column that is cut in two
+        assert np.mean([*map(extreme, parts)] == extreme(y.reshape(-1, 1000), axis=1)) > 0.9
 
 
 def test_one_line_says_what_is_missing(tmp_path):
