@@ -144,12 +144,12 @@ def test_r_at_the_speeds_of_the_experiment(first, second, verdicts):
 
 
 def test_r_is_a_mean_over_runs_at_one_noise():
-    r_028 = measured("r-experiment", **with_r(0.132, 0.134, scatter=0.02)).judged["r_028"]
-    assert r_028.runs == 16 and 0.01 < r_028.high - r_028.low < 0.04
+    faster = measured("r-experiment", **with_r(0.132, 0.134, scatter=0.02)).judged["r at 0.28 m/s"]
+    assert faster.runs == 16 and 0.01 < faster.high - faster.low < 0.04
     other = measured("r-experiment", "sigma = 1", **with_r(0.1, 0.2, noise=1.0)).judged
-    assert other["r_022"].value == pytest.approx(0.1, abs=0.003)
+    assert other["r at 0.22 m/s"].value == pytest.approx(0.1, abs=0.003)
     held = 0.84 / (0.84 + 4.5 * 0.04)  # <x_5> of 600 units, without and with 4.5 blocks, in metres
-    for name, ratio in (("r_022", 0.1 / 0.072), ("r_028", 0.2 / 0.052)):
+    for name, ratio in (("r at 0.22 m/s", 0.1 / 0.072), ("r at 0.28 m/s", 0.2 / 0.052)):
         seen = other[f"{name} over the experiment's"].value
         assert seen == pytest.approx(held * ratio, rel=0.03)
 

@@ -138,7 +138,7 @@ def r_experiment(evidence, noise_and_scan):
     noise, scan = noise_and_scan
     row = evidence.replicates(N_BLOCKS, noise, scan=scan)
     of_model, ratios = {}, {}
-    for name, recorded in zip(("r_022", "r_028"), measure.EXPERIMENT, strict=True):
+    for name, recorded in zip(("r at 0.22 m/s", "r at 0.28 m/s"), measure.EXPERIMENT, strict=True):
         points = sections.select(row.points, _near(row, recorded))
         of_model[name] = mean(points["disorder_parameter"])
         along_tape = mean(measure.disorder_along_tape(points))

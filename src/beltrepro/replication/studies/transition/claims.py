@@ -100,11 +100,11 @@ def r_jump(evidence, r_of_u):
     velocity, disorder = r_of_u(evidence)
     for words, ends in (("", BESIDE), (", 19.5 to 21.5", BEYOND)):
         place, r = _inside(velocity, disorder, *ends)
-        numbers[f"r_periodic{words}"] = over_places(np.median, place, r)
+        numbers[f"r beyond the fall{words}"] = over_places(np.median, place, r)
         shares[f"small r{words}"] = share_over(place, r < states.LARGE_AMPLITUDE)
     before = over_places(np.median, *_inside(velocity, disorder, *BEFORE))
-    fall = estimates.ratio(before, numbers["r_periodic"])
-    return Measurement({"r_chaotic": before, **numbers, "ratio": fall, **shares})
+    fall = estimates.ratio(before, numbers["r beyond the fall"])
+    return Measurement({"r before the fall": before, **numbers, "ratio": fall, **shares})
 
 
 def _inside(velocity, values, low, high):
@@ -129,7 +129,7 @@ def u_critical(evidence, scan):
 def r_windows(evidence, r_of_u):
     """r beyond the transition over that before it; of exact runs r of all periodic ones below."""
     jump = r_jump(evidence, r_of_u).judged
-    low = {"beyond the transition": jump["r_periodic"]}
+    low = {"beyond the transition": jump["r beyond the fall"]}
     if r_of_u is R_OF_U[EXACT]:
         arrays, _ = evidence.runs("motion_map", n_blocks=N_BLOCKS)
         chosen = between(arrays["belt_velocity"], *evidence.claim.parameters["belt_velocity"])
@@ -137,7 +137,9 @@ def r_windows(evidence, r_of_u):
         require(chosen.sum() >= LEAST_RUNS, f"{chosen.sum()} periodic runs")
         r = arrays["disorder_parameter"][chosen]
         low["periodic below"] = estimates.bootstrap(np.median, [r])
-    return Measurement({name: estimates.ratio(r, jump["r_chaotic"]) for name, r in low.items()})
+    return Measurement(
+        {name: estimates.ratio(r, jump["r before the fall"]) for name, r in low.items()}
+    )
 
 
 @claim("outliers", SCHEME)
