@@ -132,6 +132,18 @@ def test_contraction_of_made_up_runs():
     assert (table["exponent_low"] <= table["exponent"]).all() and table["erased"][10] == 10
 
 
+def test_the_mean_lifetime_counts_the_time_of_runs_that_did_not_settle():
+    size, settled = np.repeat([5, 6, 7], 8), np.arange(24) < 12
+    arrays = {"n_blocks": size, "belt_velocity": np.full(24, 30.0), "settled": settled}
+    arrays["lifetime"] = np.where(settled, 500.0, 2000.0)
+    five, six, seven = (measure.mean_lifetime(arrays, n) for n in (5, 6, 7))
+    assert (five.value, six.value) == (500, (4 * 500 + 4 * 2000) / 4) and five.low < 500 < five.high
+    assert seven.value == np.inf > seven.low > 2000
+    assert np.isnan(measure.mean_lifetime(arrays, 8).value)
+    arrays["belt_velocity"][:] = 20.0
+    assert np.isnan(measure.mean_lifetime(arrays, 5).value)
+
+
 def test_a_time_step_as_a_noise():
     # thresholds that scatter like those of slips that begin late by up to a step
     late = np.random.default_rng(0).uniform(0, 0.001, 100_000)
@@ -278,5 +290,10 @@ def test_where_deviations_shrink(five, ten, verdict):
     scatter = np.tile(np.linspace(0.9, 1.1, 12), 4)
     arrays = {"n_blocks": size, "nontrivial_exponent": np.vectorize(growth.get)(size) * scatter}
     arrays["state"], arrays["erased"] = np.full(size.size, "transient"), size
-    assert grades("contraction", motion_map=data(arrays))[""] == verdict
-    assert measured("contraction", motion_map=data(arrays)).numbers["most erased, N = 6"].value == 6
+    followed = {"n_blocks": size, "belt_velocity": np.full(size.size, 30.0)}
+    followed |= {"settled": size < 10, "lifetime": np.full(size.size, 1e3)}
+    made = {"motion_map": data(arrays), "survival": data(followed)}
+    assert grades("contraction", **made)[""] == verdict
+    found = measured("contraction", **made)
+    assert found.numbers["most erased, N = 6"].value == 6
+    assert found.also["lifetime, N = 5"].value == 1e3 < found.also["lifetime, N = 10"].value

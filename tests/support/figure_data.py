@@ -240,7 +240,7 @@ def critical_velocities():
     return pd.DataFrame(rows, columns=names)
 
 
-ENDS = [3.0, 12.0, 33.0]  # belt velocities of the runs that settle
+ENDS = [3.0, 12.0, 30.0]  # belt velocities of the runs that settle
 
 
 @functools.cache
@@ -399,7 +399,7 @@ def branching():
     tables = "basin_shares", "sweep_falls", "birth_lines", "fall_onsets", "fall_shares"
     made["disturbances"] = disturbances({0.0: 0.6, 1e-4: 0.6, 1e-2: 0.9, 1.0: 0.3})
     made["disturbances_scheme"] = disturbances({0.0: 0.9})
-    made["motion_map"] = dataset("motion_map")
+    made |= {name: dataset(name) for name in ("motion_map", "survival")}
     tables += "chaos_lifetimes", "disturbance_shares", "contraction"
     return made | {name: table(name, made) for name in tables}
 

@@ -84,10 +84,13 @@ def chaos_ends(evidence):
 
 @claim("contraction")
 def contraction(evidence):
-    """Largest nontrivial exponents by number of blocks, of all runs and of those irregular."""
+    """Largest nontrivial exponents by number of blocks, of all runs and of those irregular.
+
+    Beside them the mean lifetime of irregular motion at one velocity.
+    """
     arrays = evidence.dataset("motion_map").arrays
     irregular, growth = measure.ends_irregular(arrays), arrays["nontrivial_exponent"]
-    numbers = {}
+    numbers, further, followed = {}, {}, evidence.dataset("survival").arrays
     for size in SIZES:
         here = arrays["n_blocks"] == size
         for name, runs in (("exponent", here), ("irregular", here & irregular)):
@@ -95,7 +98,8 @@ def contraction(evidence):
             numbers[f"{name}, N = {size}"] = number
         most = sure(arrays["erased"][here].max()) if here.any() else absent()
         numbers[f"most erased, N = {size}"] = most
-    return Measurement(numbers)
+        further[f"lifetime, N = {size}"] = measure.mean_lifetime(followed, size)
+    return Measurement(numbers, further)
 
 
 @claim("fall-by-hold")

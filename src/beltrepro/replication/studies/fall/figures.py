@@ -300,20 +300,21 @@ def chaos_ends(data):
     return figure
 
 
-def _draw_contraction(exponents, erased, table):
-    """Against N: largest nontrivial exponents, and the directions that sticks erase."""
+def _draw_contraction(exponents, lifetimes, table):
+    """Against N: largest nontrivial exponents, and how long motion is irregular."""
     size = table["n_blocks"]
-    look = {"fmt": "o", "color": style.BLUE, "markersize": 3, "elinewidth": 3, "ecolor": "0.75"}
-    for axes, name in ((exponents, "exponent"), (erased, "erased")):
-        numbers = (table[f"{name}{end}"] for end in ("", "_low", "_high"))
-        panels.intervals(axes, size, *numbers, **look)
-        axes.set_xlabel("$N$")
-        axes.set_xticks(size)
+    numbers = (table[f"exponent{end}"] for end in ("", "_low", "_high"))
+    look = {"color": style.BLUE, "marker": "o", "markersize": 3}
+    bars = look | {"linestyle": "none", "elinewidth": 3, "ecolor": "0.75"}
+    panels.intervals(exponents, size, *numbers, **bars)
     exponents.axhline(0, color="0.4", linewidth=0.7, zorder=0)
-    look = {"markerfacecolor": "white", "color": style.VERMILION, "markersize": 3.5}
-    exponents.plot(size, table["exponent_irregular"], "D", label="irregular to the end", **look)
+    above = {"markerfacecolor": "white", "color": style.VERMILION, "markersize": 3.5}
+    exponents.plot(size, table["exponent_irregular"], "D", label="irregular to the end", **above)
     exponents.set_yscale("symlog", linthresh=_LINEAR_TO, linscale=0.6)
     exponents.set_ylabel("nontrivial exponent")
     exponents.legend(loc="lower right")
-    erased.plot(size, size, "--", color=style.BLACK, linewidth=0.7, zorder=0)
-    erased.set(ylabel="directions erased", ylim=(0, None))
+    numbers = (table[f"lifetime{end}"] for end in ("", "_low", "_high"))
+    panels.intervals_or_limits(lifetimes, size, *numbers, elinewidth=0.8, **look)
+    lifetimes.set(yscale="log", ylabel="mean time irregular")
+    for axes in (exponents, lifetimes):
+        axes.set(xlabel="$N$", xticks=size, xlim=(1.4, 10.6))

@@ -8,7 +8,8 @@ import pandas as pd
 
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
-from beltrepro.stats.estimates import Estimate, bootstrap, share_of
+from beltrepro.stats import survival
+from beltrepro.stats.estimates import Estimate, absent, bootstrap, share_of
 from beltrepro.stats.motion import UNSETTLED
 from beltrepro.stats.places import share_over
 
@@ -19,7 +20,7 @@ TABLES = {
     "fall_onsets": Table(uses=("friction_map",)),
     "fall_shares": Table(uses=("fall_orbits",)),
     "chaos_lifetimes": Table(uses=("chaos_ends", "chaos_ends_near")),
-    "contraction": Table(uses=("motion_map",)),
+    "contraction": Table(uses=("motion_map", "survival")),
     "disturbance_shares": Table(uses=("disturbances", "disturbances_scheme")),
 }
 PAPER_RATIO = 0.45
@@ -155,19 +156,31 @@ def chaos_lifetimes(data) -> pd.DataFrame:
 
 # --- whether deviations shrink --------------------------------------------------------------------
 
+FOLLOWED_AT = 30.0  # u, above the fall of five blocks, at which chains of each N were followed
+
 
 def contraction(data) -> pd.DataFrame:
     """A row for each N."""
     arrays, rows = data["motion_map"].arrays, []
-    irregular = ends_irregular(arrays)
+    irregular, followed = ends_irregular(arrays), data["survival"].arrays
     for place, runs in by_point(arrays, "n_blocks"):
         row = place | {"runs": runs.size, "irregular": irregular[runs].sum()}
         for name, column in (("exponent", "nontrivial_exponent"), ("erased", "erased")):
             spread = np.quantile(arrays[column][runs], (0.5, 0.1, 0.9))
             row |= dict(zip((name, f"{name}_low", f"{name}_high"), spread, strict=True))
         growth = arrays["nontrivial_exponent"][runs[irregular[runs]]]
-        rows.append(row | {"exponent_irregular": np.median(growth) if growth.size else nan})
+        row["exponent_irregular"] = np.median(growth) if growth.size else nan
+        lifetime = mean_lifetime(followed, place["n_blocks"])
+        rows.append(row | lifetime.named("lifetime", "lifetime_low", "lifetime_high"))
     return pd.DataFrame(rows)
+
+
+def mean_lifetime(arrays, n_blocks) -> Estimate:
+    """Mean time for which so many blocks are irregular at `FOLLOWED_AT`, if any were followed."""
+    here = (arrays["n_blocks"] == n_blocks) & (arrays["belt_velocity"] == FOLLOWED_AT)
+    if not here.any():
+        return absent()
+    return survival.mean_lifetime(arrays["lifetime"][here], arrays["settled"][here].astype(bool))
 
 
 def ends_irregular(arrays) -> np.ndarray:
