@@ -1,14 +1,17 @@
 """The margin of an orbit, on made-up returns and runs: limits at 0.8 and 1.2 of them."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from beltrepro import ChainParameters, ChainState, periodic_orbit, time_to_orbit
+from beltrepro import ChainParameters, ChainState, Setup, periodic_orbit, time_to_orbit
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import margin
-from beltrepro.chaos.periodic_orbits import close_orbit
+from beltrepro.chaos.periodic_orbits import close_orbit, follow
+from beltrepro.model.spring import external_force
 
 PERIOD = 10.0
 CHAIN = ChainParameters(2, 5.0)
@@ -63,7 +66,8 @@ def test_an_orbit_is_lost_by_whichever_way_of_a_block_loses_it(track, way, monke
         assert margin._lost(track, [(state, 0.0, 1)], size, 1) == (size > 0.003)
 
 
-def test_a_chain_comes_back_from_less_than_the_margin_and_not_from_more():
+@pytest.fixture(scope="module")
+def orbit():
     """The orbit of 18 slips at u = 16."""
     chain = ChainParameters(5, 16.0)
     runs = time_to_orbit(chain, replicate=[1, 2], initial_spread=10.0, duration=40_000)
@@ -72,13 +76,41 @@ def test_a_chain_comes_back_from_less_than_the_margin_and_not_from_more():
     state = ChainState.in_motion(
         chain, chain.rest_positions + places, chain.belt_velocity + velocities
     )
-    orbit = close_orbit(state, float(runs["period_time"][run]))
+    return close_orbit(state, float(runs["period_time"][run]))
+
+
+def test_a_chain_comes_back_from_less_than_the_margin_and_not_from_more(orbit):
     size = margin.margin(orbit, begin=0.8)
     assert 0.8 < size < margin.LARGEST
     track = margin.Track.of(orbit)
     starts = margin._slips(orbit, 32)
     assert not margin._lost(track, starts, 0.5 * size, 20)
     assert margin._lost(track, starts, size, 40)
+
+
+def test_the_margin_tells_what_noise_loses_an_orbit(orbit):
+    """As derived in docs/physics.md: the largest of so many normal thresholds reaches it."""
+    duration, track = 10_000.0, margin.Track.of(orbit)
+    slips = orbit.period_events * duration / orbit.period_time
+    carried = [2 * orbit.parameters.belt_velocity / rate for rate in _rates_of_pull(orbit)]
+    share = norm.isf(np.log(2) / (2 * slips)) * np.sqrt(np.mean(np.square(carried)))
+    predicted = margin.margin(orbit, begin=0.8) / share
+    for factor, leaves in ((1 / 3, 0), (3, 8)):
+        chain = replace(orbit.parameters, noise=factor * predicted)
+        runs = Setup(chain, initial_state=orbit.state.under(chain), replicate=range(8)).cases
+        log = margin._returns(runs, track.length, duration)
+        left = [track.left(log.returns(lane), 0.0, duration) for lane in range(8)]
+        assert np.isfinite(left).sum() == leaves
+
+
+def _rates_of_pull(orbit):
+    """How fast the force on a block grows as its slip begins, for each slip of the orbit."""
+    for event in follow(orbit.state, orbit.period_time)[1]:
+        if event["kind"] == "slip" and event["time"] > 1e-5:
+            state, _ = follow(orbit.state, float(event["time"]) - 1e-5)
+            positions = orbit.parameters.rest_positions + state.displacements
+            force = external_force(positions, orbit.parameters)[event["block"] - 1]
+            yield (event["force"] - force) / 1e-5
 
 
 def test_where_the_first_size_loses_an_orbit_smaller_ones_are_tried(monkeypatch):
