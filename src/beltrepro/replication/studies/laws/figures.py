@@ -75,7 +75,7 @@ def fig07(data):
         panels.note(axes, "no complete stick-slip event in this series")
         return figure
     _draw_event(axes, series, io.chain(series), event)
-    axes.legend(loc="lower left")
+    axes.legend(loc="lower left", handlelength=2.4)
     return figure
 
 

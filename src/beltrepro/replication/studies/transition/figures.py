@@ -55,6 +55,8 @@ def fig11(data):
     enlarged.set(xlabel=panels.TIME, ylabel=panels.POSITION)
     spread = data["u20_slips"].attributes["initial_spread"]
     panels.remark(above, f"start moved by {spread:g}: last stick at $t$ = {last_stick:.0f}")
+    relative.legend(loc="lower right")
+    above.text(0.98, 0.8, "slips on", transform=above.transAxes, ha="right")
 
     series = data["u20"]
     time, position, velocity = panels.last_block(series)
@@ -75,13 +77,13 @@ def _last_stick(time, velocity):
 
 
 def _envelope(axes, time, values, end, label):
-    """A trace with the end of its transient, here dashed and in the paper dotted."""
+    """A trace with the end of its transient, here and in the paper."""
     if not time.size:
         panels.note(axes, "no samples")
         return
     artists.envelope(axes, time, values)
-    axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
-    axes.axvline(end, color=style.VERMILION, linestyle="--")
+    axes.axvline(end, **style.HERE, label="end here")
+    axes.axvline(printed("u20-transient"), **style.PAPER, label="paper")
     axes.set(xlim=(0, time[-1]), ylabel=label)
 
 
@@ -97,7 +99,7 @@ def _ends(axes, scan, velocity):
     share = np.arange(1, ended.size + 1) / at_velocity.sum()
     steps = [0, *ended, duration], [0, *share, *share[-1:], *[0.0] * (not share.size)]
     axes.step(*steps, where="post", color=style.BLUE)
-    axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
+    axes.axvline(printed("u20-transient"), **style.PAPER)
     panels.remark(axes, f"{ended.size} of {at_velocity.sum()} starts")
 
 
@@ -112,10 +114,10 @@ PLAIN = 50  # a shorter range of lifetimes has plain numbers
 def fig12(data):
     """a: v_N at the section; b: r; c: mean lifetimes. Against u, without noise."""
     figure, (top, disorder, lifetimes) = panels.page(
-        4.05, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
+        4.05, "a;b;c", sharex=True, height_ratios=(1.6, 1.4, 0.8)
     )
     scan, row = data["n5_density"], {"n_blocks": N_BLOCKS, "noise": 0.0}
-    panels.diagrams(figure, scan, [(top, row)], bar=False)
+    panels.diagrams(scan, [(top, row)], bar="top")
     top.set_ylabel(panels.VELOCITY)
     panels.remark(top, panels.section_name(sections.cut(scan, **row)))
     _disorder(disorder, data)
@@ -140,11 +142,12 @@ def _disorder(axes, data):
             row = sections.cut(data[name], n_blocks=N_BLOCKS, noise=0.0)
             points = row["belt_velocity"], row["disorder_parameter"]
             axes.plot(*points, **{"marker": ".", "linestyle": "none", "label": label} | look)
-    panels.finish_curves(axes, xlabel="", handlelength=0.6)
-    panels.make_room(axes, above=0.22)
+    panels.finish_curves(axes, xlabel="", handlelength=0.6, markerscale=1.6)
+    panels.make_room(axes, above=0.3)
     if starts is not None:
         _mark_transition(axes, measure.fall(starts, N_BLOCKS, 0.0))
-    panels.printed_range(axes, *PRINTED, f"paper: {PRINTED[0]} to {PRINTED[1]}")
+    panels.printed_range(axes, 20, 22, "outliers")  # three, of large r
+    panels.printed_range(axes, *PRINTED, "paper: fall", left=True)
 
 
 def _mark_transition(axes, fall):
@@ -152,12 +155,11 @@ def _mark_transition(axes, fall):
     if np.isnan(critical):
         return
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
-    line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
+    line = axes.axvline(critical, **style.HERE | {"linewidth": 0.8, "zorder": 0})
     words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f}"
     panels.shows(region, "u-critical", "lower", "upper")
     panels.shows(line, "u-critical", "critical")
-    place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
-    text = axes.text(0.98, 0.9, words, **place)
+    text = panels.beside(axes, PRINTED[1], 0.82, words, color=style.VERMILION)
     panels.shows(text, "u-critical", "lower", "upper", "critical")
 
 
