@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
+from matplotlib.colors import ListedColormap, to_hex
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from beltrepro.base.names import SYMBOLS
@@ -21,6 +21,7 @@ BLACK, GREY = "#000000", "#7f7f7f"
 BLUE, VERMILION, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PURPLE = "#56b4e9", "#cc79a7"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+SHADES = ListedColormap(colormaps["magma_r"](np.linspace(0.08, 1, 256)))  # none is white in print
 DECADES = 3  # range of the colours of a density below the largest one, at most
 RASTER_FROM = 5000  # more points than this are an image in a PDF
 _FEW = 30  # places of a curve that have marks
@@ -115,7 +116,7 @@ def colour_limits(*densities: np.ndarray) -> dict[str, float]:
 
 def density(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, **look: Any) -> Any:
     """Densities (Y, X) between edges x (X + 1,) and y (Y + 1,), in logarithmic colours."""
-    look = {"cmap": "magma_r", "norm": "log", "rasterized": True} | colour_limits(values) | look
+    look = {"cmap": SHADES, "norm": "log", "rasterized": True} | colour_limits(values) | look
     return axes.pcolormesh(x, y, np.where(values > 0, values, np.nan), **look)
 
 

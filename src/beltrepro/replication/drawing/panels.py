@@ -197,7 +197,7 @@ def make_room(axes, *, above):
 
 def zoom(axes, inner, time, values, window):
     """Draw a trace within `window` = (begin, end) in `inner`, and shade the window in `axes`."""
-    axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0)
+    axes.axvspan(*window, color=style.ORANGE, alpha=0.35, linewidth=0, zorder=0)
     inside = (time >= window[0]) & (time <= window[1])
     inner.plot(time[inside], values[inside], color=style.BLUE, linewidth=0.8)
     inner.set_xlim(*window)
@@ -241,7 +241,7 @@ def _spectrum(series):
 def power_law(axes, law, **look):
     """A fitted power law, over the range of the fit."""
     ends = np.array([law.low, law.high])
-    axes.loglog(ends, law(ends), **({"color": style.VERMILION, "linewidth": 1.6} | look))
+    axes.loglog(ends, law(ends), **style.HERE | look)
 
 
 def printed_slope(axes, law, exponent):
@@ -250,14 +250,20 @@ def printed_slope(axes, law, exponent):
     middle = np.sqrt(law.low * law.high)
     line = law(middle) * (ends / middle) ** exponent
     label = true_minus(f"paper: {exponent:g}")
-    axes.loglog(ends, line, "--", color=style.BLACK, linewidth=1.0, label=label, zorder=5)
+    axes.loglog(ends, line, label=label, zorder=5, **style.PAPER)
 
 
-def printed_range(axes, low, high, words, *, top=0.96):
+def beside(axes, place, height, words, *, left=False, **look):
+    """Words right or left of a place on the abscissa, at a height in shares of the panel."""
+    look |= {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
+    look |= {"xytext": (-3 if left else 3, 0), "ha": "right" if left else "left"}
+    return axes.annotate(words, (place, height), annotation_clip=True, **look)
+
+
+def printed_range(axes, low, high, words, *, top=0.96, left=False):
     """A black strip over what the paper prints as a range of u, with words beside it."""
     axes.axvspan(low, high, top - 0.03, top, color=style.BLACK, linewidth=0)
-    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
-    axes.annotate(words, (high, top - 0.015), xytext=(3, 0), va="center", **place)
+    beside(axes, low if left else high, top - 0.015, words, left=left)
 
 
 # --- curves and diagrams --------------------------------------------------------------------------
@@ -322,10 +328,10 @@ def band(axes, place, values, **look):
         artists.band(axes, place[measured], values[measured], **look)
 
 
-def diagrams(figure, scan, places, *, bar=True):
+def diagrams(scan, places, *, bar="bottom"):
     """Bifurcation diagrams: the density of v_N at the section at each u, in one scale of colours.
 
-    places : dict, axes by what is cut out of the scan.  bar : whether the scale is shown beside it.
+    places : pairs of axes and what is cut out of the scan.  bar : side at which the scale stands.
     """
     edges, maps = scan.arrays["section_bins"], []
     for axes, where in places:
@@ -333,22 +339,34 @@ def diagrams(figure, scan, places, *, bar=True):
         counts = row["belt_velocity"], row["section_histogram"]
         velocities, density = sections.density_at(*counts, edges)
         if np.nansum(density):
-            maps.append((axes, velocities, density))
+            across, density = _joined(artists.edges(velocities), density, axes.bbox.width)
+            up, density = _joined(edges, density.T, axes.bbox.height)
+            maps.append((axes, across, up, density.T))
         else:
             note(axes, "no crossing of the section in this scan")
-    if not maps:
-        return
-    filled = np.any([np.nansum(density, axis=1) > 0 for *_, density in maps], axis=0)
-    colours = artists.colour_limits(*(density for *_, density in maps))
-    meshes = []
-    for axes, velocities, density in maps:
-        how = artists.edges(velocities), edges, density
-        meshes.append(artists.density(axes, *how, **colours))
-        axes.set_ylim(edges[np.argmax(filled)], 0)
-    if bar:
-        words = artists.label("density of $v_N$ at given $u$", "1/velocity")
-        look = {"aspect": 40, "location": "bottom", "format": "%g"}
-        artists.colour_bar(meshes, [axes for axes, _ in places], words, **look).minorticks_off()
+    words = artists.label("density of $v_N$ at given $u$", "1/velocity")
+    densities(maps, [axes for axes, _ in places], words, location=bar, format="%g")
+    for axes, *_ in maps:
+        lowest = min(up[np.argmax(np.any(density > 0, axis=1))] for _, _, up, density in maps)
+        axes.set_ylim(lowest, 0)
+
+
+def densities(maps, axes, words, **bar):
+    """Densities, of (axes, x, y, values), in one scale of colours, which stands beside `axes`."""
+    if maps:
+        colours = artists.colour_limits(*(values for *_, values in maps))
+        meshes = [artists.density(*one, **colours) for one in maps]
+        artists.colour_bar(meshes, axes, words, aspect=40, **bar).minorticks_off()
+
+
+def _joined(edges, values, pixels):
+    """Edges and means of cells (.., C), together up to 1.5 pixels: of finer ones some are lost."""
+    cells = np.shape(values)[-1]
+    first = np.arange(0, cells, max(1, int(np.ceil(1.5 * cells / pixels))))
+    weight = np.diff(edges) * np.isfinite(values)
+    sums = np.add.reduceat(np.nan_to_num(values) * weight, first, axis=-1)
+    with np.errstate(invalid="ignore"):
+        return np.append(edges[first], edges[-1]), sums / np.add.reduceat(weight, first, axis=-1)
 
 
 def section_name(row):
@@ -385,7 +403,7 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
     axes.plot(spread.place, joined, label=label, **look)
 
 
-def against_noise(axes, scan, places):
+def against_noise(axes, scan, places, *, ncols=3):
     """r against noise from columns of a scan: the mean of all runs over a band of 10 to 90 %.
 
     places : dict, look and label by (n_blocks, belt_velocity).
@@ -393,7 +411,7 @@ def against_noise(axes, scan, places):
     for (n_blocks, velocity), look in places.items():
         column = sections.cut(scan, n_blocks=n_blocks, belt_velocity=velocity)
         band(axes, column["noise"], column["disorder_parameter"], **look)
-    finish_curves(axes, xlabel=NOISE, ncols=3)
+    finish_curves(axes, xlabel=NOISE, ncols=ncols, handlelength=2)
     axes.set_xlim(left=0)
 
 
@@ -432,4 +450,4 @@ def laminar_trace(axes, series, laminar_time, length):
     length = about["duration"] - about["transient"]
     share = np.diff(laminar, axis=1).sum() / length if length else 0.0
     many = "1 laminar phase" if len(laminar) == 1 else f"{len(laminar)} laminar phases"
-    remark(axes, f"$u = {about['belt_velocity']:g}$: {many}, {share:.0%} of {length:g}")
+    remark(axes, f"$u = {about['belt_velocity']:g}$: {many} (shaded), {share:.0%}")

@@ -17,6 +17,8 @@ from beltrepro.base.atomic import replacing
 from beltrepro.simulation.artists import COLOURS, GREY, shades  # noqa: F401
 
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = COLOURS
+PAPER = {"color": BLACK, "linestyle": "--", "linewidth": 1.0}  # what the paper prints
+HERE = {"color": VERMILION, "linewidth": 1.4}  # the same, as found here
 MARKERS = "osD^vXP"
 DASHES = ("-", "--", "-.", ":")
 
@@ -52,13 +54,16 @@ def colour_of_size(n_blocks) -> str:
 
 
 def look_of_size(n_blocks) -> dict:
-    """Colour and marker of a number of blocks, in all figures."""
-    return {"color": colour_of_size(n_blocks), "marker": MARKERS[(n_blocks + n_blocks // 8) % 7]}
+    """Colour, marker and dashes of a number of blocks, in all figures; told apart in grey."""
+    marker, dashes = MARKERS[(n_blocks + n_blocks // 8) % 7], DASHES[(n_blocks - 5) % 4]
+    return {"color": colour_of_size(n_blocks), "marker": marker, "linestyle": dashes}
 
 
-def colour_of_noise(noise) -> str:
-    """Colour of a noise, in all figures: dark without noise, light at 10."""
-    return to_hex(matplotlib.colormaps["viridis"](0.9 * min(np.log1p(noise) / np.log(11), 1)))
+def look_of_noise(noise) -> dict:
+    """Colour and dashes of a noise, in all figures: dark and solid without noise, light at 10."""
+    place = min(np.log1p(noise) / np.log(11), 1)
+    colour = to_hex(matplotlib.colormaps["viridis"](0.9 * place))
+    return {"color": colour, "linestyle": DASHES[round(4 * place) % 4]}
 
 
 def line_style(index) -> dict:

@@ -7,7 +7,6 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
-from beltrepro.simulation import artists
 from beltrepro.simulation.observables import avalanche_energies, slip_sizes
 from beltrepro.stats.densities import Density, density
 from beltrepro.stats.estimates import Estimate
@@ -35,7 +34,6 @@ FIGURES = {
 SHOWN = 3000.0  # last part of the series that is drawn
 ZOOM = 30.0  # length of the enlarged part, around the fastest slip
 _ROOM = 5000  # factor by which the axis of the spectrum is longer, for the legend
-_DASHED = {"linestyle": "--", "color": style.BLACK, "linewidth": 1.0}
 
 
 @panels.draws(FIGURES)
@@ -56,6 +54,7 @@ def fig08(data):
     enlarged.set(xlabel=panels.TIME, ylabel=panels.RELATIVE_VELOCITY)
     middle = time[np.argmin(relative)]
     panels.zoom(lower, enlarged, time, relative, (middle - ZOOM / 2, middle + ZOOM / 2))
+    enlarged.locator_params(axis="x", nbins=2)
     return figure
 
 
@@ -79,7 +78,7 @@ def _law(axes, series):
     """The fitted power law, beside the printed one."""
     for numbers, words, look in (
         (_fit(series), "fit: ", {}),
-        (printed("spectrum-exponent"), "paper: ", _DASHED),
+        (printed("spectrum-exponent"), "paper: ", style.PAPER),
     ):
         law = PowerLawFit(numbers["exponent"], numbers["prefactor"], *FIT_BAND)
         label = rf"{words}${law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
@@ -100,7 +99,7 @@ LEAST_IN_BIN = 5  # values, for a local exponent
 @panels.draws(FIGURES)
 def fig09(data):
     """Densities of a: slip sizes, b: energies of avalanches; c, d: their local exponents."""
-    figure, grid = panels.page(3.9, "ab;cd", height_ratios=(1.7, 1))
+    figure, grid = panels.page(4.05, "ab;cd", height_ratios=(1.7, 1))
     for (above, below), claim, symbol, what in (
         (grid[::2], "slip-size-exponent", r"\Delta x_s", "slips"),
         (grid[1::2], "slip-energy-exponent", r"\Delta E", "avalanches"),
@@ -108,11 +107,14 @@ def fig09(data):
         below.sharex(above)
         above.set(xscale="log", yscale="log", ylabel=f"$P({symbol})$")
         below.set(xlabel=f"${symbol}$", ylabel="local exponent")
+        panels.remark(below, "power law: level")
         try:
             _densities(above, below, data["slips_u1"], what, claim)
         except NotEnoughDataError as reason:
             for axes in (above, below):
                 panels.note(axes, str(reason))
+    bins = (every[::3] for every in grid[0].get_legend_handles_labels())
+    figure.legend(*bins, loc="outside upper center", ncols=2)
     return figure
 
 
@@ -134,20 +136,22 @@ def _densities(axes, below, dataset, what, claim):
     fine, coarse = (Density(**_binned(dataset, what, bins)) for bins in (FINE, COARSE))
     panels.remark(axes, f"{fine.count.sum()} {what}")
     height = np.where(fine.count > 0, fine.density, np.nan)
-    axes.plot(fine.centre, height, drawstyle="steps-mid", color="0.6", linewidth=0.7)
-    _density(axes, coarse, fmt="o", color=style.BLUE, markersize=2.5)
+    look = {"color": "0.6", "linewidth": 0.7, "label": f"{FINE} bins a decade"}
+    axes.plot(fine.centre, height, drawstyle="steps-mid", **look)
+    look = {"color": style.BLUE, "markersize": 2.5, "label": "5 bins a decade"}
+    _density(axes, coarse, fmt="o", **look)
     law = coarse.law()
     label = f"here: ${law.exponent.value:.2f}$"
-    panels.power_law(axes, law, linewidth=1.4, zorder=4, label=label)
+    panels.power_law(axes, law, zorder=4, label=label)
     panels.printed_slope(axes, law, printed(claim))
     panels.plain_log(axes.xaxis, subs=(1, 2, 5) if fine.centre[0] < 1000 else (1, 3))
     axes.tick_params(labelbottom=False)
-    ours, _ = axes.legend(loc="lower left").get_texts()
+    laws = (every[1:3] for every in axes.get_legend_handles_labels())
+    ours, _ = axes.legend(*laws, loc="lower left").get_texts()
     panels.shows(ours, claim, "exponent")
-    # a power law is level here
     place, slope = measure.local_exponents(fine, LOCAL, LEAST_IN_BIN)
     below.plot(place, slope, color="0.4", linewidth=0.8)
-    below.axhline(printed(claim), color=style.BLACK, linewidth=0.8, linestyle="--")
+    below.axhline(printed(claim), **style.PAPER)
 
 
 def _density(axes, binned, **look):
@@ -163,7 +167,7 @@ def _density(axes, binned, **look):
 
 STUCK = 1e-6  # a block slower than this relative to the belt is stuck
 PER_CELL = 40  # points, about, of a density
-CELLS = (64, 512)  # least and most along an axis
+CELLS = (64, 320)  # least and most along an axis
 MAGNIFIED = (560.0, 600.0)  # x_N, as in the paper
 
 
@@ -171,6 +175,7 @@ MAGNIFIED = (560.0, 600.0)  # x_N, as in the paper
 def fig10(data):
     """Density of section points with v_rN < 0 in the plane (x_N, v_rN); c: a part of a, larger."""
     figure, (scheme, exact, magnified) = panels.page(4.05, "ab;cc", height_ratios=(1, 0.9))
+    maps = []
     for axes, name, part in (
         (scheme, "section_u1", ()),
         (exact, "section_u1_event", ()),
@@ -180,10 +185,14 @@ def fig10(data):
         axes.set_xlabel(f"{panels.POSITION} at {_place(about)}")
         with panels.shortage_on(axes, width=16):
             cells = _cells(data[name], *part)
-            artists.density(axes, cells["position"], cells["relative"], cells["count"])
+            edges = cells["position"], cells["relative"]
+            area = np.outer(*(np.diff(edge) for edge in reversed(edges)))
+            maps.append((axes, *edges, cells["count"] / (cells["points"] * area)))
             if not part:
-                words = f"{panels.METHODS[about['method']]},\n{cells['count'].sum()} points"
+                words = f"{panels.METHODS[about['method']]},\n{cells['points']} points"
                 panels.remark(axes, words)
+    words = f"density of ({panels.POSITION}, {panels.RELATIVE_VELOCITY}) (model units)"
+    panels.densities(maps, [scheme, exact, magnified], words, location="bottom")
     exact.sharex(scheme)
     exact.sharey(scheme)
     scheme.set_ylabel(panels.RELATIVE_VELOCITY)
@@ -196,11 +205,13 @@ def _cells(dataset, low=-np.inf, high=np.inf):
     """Points at which the last block slips, counted in cells of the plane (x_N, v_rN)."""
     points, velocity = dataset.arrays["crossings"], dataset.attributes["belt_velocity"]
     position, relative = points["position"], points["velocity"] - velocity
-    chosen = (relative < -STUCK) & (position > low) & (position < high)
+    slipping = relative < -STUCK
+    chosen = slipping & (position > low) & (position < high)
     require(chosen.any(), "no section point at which the last block slips")
-    cells = int(np.clip(np.sqrt(chosen.sum() / PER_CELL) * 10, *CELLS))
-    count, *edges = np.histogram2d(position[chosen], relative[chosen], cells)
-    return {"count": count.T.astype(np.uint32), "position": edges[0], "relative": edges[1]}
+    number = int(np.clip(np.sqrt(chosen.sum() / PER_CELL) * 10, *CELLS))
+    count, *edges = np.histogram2d(position[chosen], relative[chosen], number)
+    cells = {"count": count.T.astype(np.uint32), "position": edges[0], "relative": edges[1]}
+    return cells | {"points": slipping.sum()}
 
 
 def _place(about):

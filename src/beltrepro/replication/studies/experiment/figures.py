@@ -23,8 +23,7 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import measure
 from beltrepro.simulation.picture import SUFFIXES
-from beltrepro.stats import estimates
-from beltrepro.stats.spectra import BAND_HZ, LEAST_PEAKS, lines, spacing
+from beltrepro.stats import estimates, spectra, states
 
 FIGURES = {
     "fig01": Figure(uses=(), number="1"),
@@ -63,7 +62,7 @@ def draw_recording(recording):
 
 
 def draw_trace(axes, recording, window=(-np.inf, np.inf)):
-    """x_N(t) within a window, in seconds and centimetres, with its mean; small amplitudes shaded.
+    """x_N(t) within a window, in seconds and centimetres; small amplitudes shaded.
 
     Returns two lines of words, on r and on the small amplitude.
     """
@@ -75,7 +74,6 @@ def draw_trace(axes, recording, window=(-np.inf, np.inf)):
     axes.set(xlabel="$t$ (s)", ylabel="$x_N$ (cm)", xlim=(time[0], time[-1]))
     for begin, end in recording.small_s:
         axes.axvspan(begin, end, color=style.GREEN, alpha=0.15, linewidth=0)
-    axes.axhline(100 * recording.mean_length, color=style.GREY, linewidth=0.8, linestyle="--")
     longest = np.diff(recording.small_s, axis=1).max(initial=0.0)
     share = f"small amplitude {100 * recording.small_share:.0f} % of the time"
     return f"$r$ = {recording.disorder.words}", f"{share}, {longest:.0f} s at most"
@@ -85,7 +83,8 @@ def draw_spectrum(axes, spectrum, name, *, linear=False):
     """Power spectrum of a stretch of a recording, with its power law on a logarithmic axis."""
     shown = spectrum.frequency_hz <= HIGHEST_HZ
     frequency, power = spectrum.frequency_hz[shown], spectrum.power[shown]
-    axes.semilogy(frequency, power, color=_COLOURS[name], linewidth=0.6, rasterized=True)
+    look = {"color": _COLOURS[name], "linewidth": 0.6, "alpha": 0.35 if linear else 1}
+    axes.semilogy(frequency, power, rasterized=True, **look)
     axes.set(xlabel=r"$\nu$ (Hz)", ylabel=r"$S(\nu)$ (m$^2$/Hz)", xlim=(frequency[0], HIGHEST_HZ))
     axes.set_ylim(np.quantile(power, 0.02), 5 * power.max())
     if linear:
@@ -99,8 +98,9 @@ def draw_spectrum(axes, spectrum, name, *, linear=False):
         title.insert(0, _WORDS[name])
     if spectrum.law and not linear:
         band = np.array([spectrum.law.low, spectrum.law.high])
-        axes.plot(band, spectrum.law(band), color=style.VERMILION, linewidth=1.4)
-        title.insert(-1, panels.true_minus(f"$p$ = {spectrum.exponent.words}"))
+        label = panels.true_minus(rf"$\propto \nu^p$, $p$ = {spectrum.exponent.words}")
+        axes.plot(band, spectrum.law(band), label=label, **style.HERE)
+        axes.legend(loc="lower left")
     panels.remark(axes, "\n".join(title))  # the letter is beside the last line
 
 
@@ -148,50 +148,40 @@ def _begin(recording):
     return begins[np.argmin(np.abs(share - 0.5).round(9))]
 
 
-def _draw_film(trace, spectra, data, film):
+def _draw_film(trace, below, data, film):
     """x_5(t) of a film, and spectra of its longest small and large amplitude, or of the whole."""
     track = data[f"{film}_track"]
     try:
         recording = analyse(track.time_s, track.x_m)
     except NotEnoughDataError as reason:
-        for axes in (trace, *spectra):
+        for axes in (trace, *below):
             panels.note(axes, str(reason))
         return
     begin = _begin(recording)
-    draw_trace(trace, recording, (begin, begin + _SHOWN_S))
+    _, words = draw_trace(trace, recording, (begin, begin + _SHOWN_S))
     disorder = f"$r$ = {recording.disorder.value:.2g}"
     trace.set(xlabel=SECONDS, ylabel=LENGTH)
     for recorded in measure.EXPERIMENT:
         if measure.at_speed(recorded.speed_m_s, data[film].attributes):
             disorder += f" (paper: {recorded.disorder_parameter:g})"
     panels.remark(trace, f"{speed(data[film])}, {disorder}")
-    names = ((), (WHOLE,), (SMALL, LARGE))[len(spectra)]
-    for axes, name in zip(spectra, names, strict=True):
+    panels.make_room(trace, above=0.2)
+    look = {"color": style.GREEN, "ha": "right", "va": "top", "transform": trace.transAxes}
+    trace.text(0.99, 0.96, words, **look)
+    names = ((), (WHOLE,), (SMALL, LARGE))[len(below)]
+    for axes, name in zip(below, names, strict=True):
         spectrum = recording.spectra.get(name)
         lasts = spectrum and (name != SMALL or spectrum.end_s - spectrum.begin_s > LASTING_S)
         if not lasts:
             panels.note(axes, f"no stretch of {name} amplitude lasts {LASTING_S:.0f} s here")
             axes.set(xticks=[], yticks=[])
             continue
-        # equal spacing is seen on a linear axis only
-        draw_spectrum(axes, spectrum, name, linear=len(spectra) == 2)
-        if name == SMALL:
-            _draw_multiples(axes, spectrum, recording.interval_s)
-
-
-def _draw_multiples(axes, spectrum, interval_s):
-    """The frequency whose multiples lie nearest to the peaks of a spectrum, if it has peaks."""
-    with panels.shortage_on(axes, place=(0.3, 0.85)):
-        peaks = lines(spectrum.x_m, interval_s).peaks_hz
-        words = ["1 peak" if peaks.size == 1 else f"{peaks.size} peaks"]
-        if peaks.size >= LEAST_PEAKS:
-            best = spacing(peaks)
-            for number in range(1, int(BAND_HZ[1] / best.step_hz) + 1):
-                axes.axvline(number * best.step_hz, color=style.GREY, linewidth=0.7, linestyle=":")
-            words += [f"multiples of {best.step_hz:.3g} Hz:", f"p = {best.p:.2g}"]
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** (0.15 * len(words)))
-        axes.text(0.03, 0.96, "\n".join(words), transform=axes.transAxes, va="top")
+        # equal spacing is seen on a linear axis only, and peaks in the mean over parts
+        draw_spectrum(axes, spectrum, name, linear=len(below) == 2)
+        if len(below) == 2:
+            segment = round(spectra.SEGMENT_S / recording.interval_s)
+            mean = spectra.power_spectrum(spectrum.x_m, recording.interval_s, segment=segment)
+            axes.semilogy(*mean, color=_COLOURS[name], linewidth=1.1)
 
 
 # --- Fig. 1: the chain on the belt ----------------------------------------------------------------
@@ -373,37 +363,42 @@ def _draw_strips(axes, strips, track):
 @panels.draws(FIGURES)
 def fig04(data):
     """a: x_5(t) at 0.35 m/s; b, c: spectra of its small and large amplitude; d: 0.28 m/s."""
-    figure, (alternating, *spectra, usual) = _page(4.05, "aa;bc;dd", height_ratios=(1, 1, 0.8))
-    for film, trace, parts in (("belt_035", alternating, spectra), ("belt_028", usual, ())):
+    figure, (alternating, *below, usual) = _page(4.05, "aa;bc;dd", height_ratios=(1, 1, 0.8))
+    for film, trace, parts in (("belt_035", alternating, below), ("belt_028", usual, ())):
         _draw_film(trace, parts, data, film)
     return figure
 
 
 # --- Fig. 5: x_5(t) at 0.22 m/s, with its spectrum ------------------------------------------------
 
-_ENLARGED_S = 60.0  # in which single slips are seen
-_PRINTED_S = {"avalanches": (0.0, 125.0), "slip": (125.0, 185.0)}  # "more than one minute"
+_PRINTED_S = {"paper: avalanches": (0.0, 125.0), "all slip": (125.0, 185.0)}  # "a minute" or more
 
 
 @panels.draws(FIGURES)
 def fig05(data):
-    """a: x_5(t); b: a minute of it; c: the spectrum of all of it."""
-    figure, (above, enlarged, below) = _page(4.05, "a;b;c")
+    """a: x_5(t); b: a minute of it, as long as the printed slip; c: the spectrum of all of it."""
+    figure, (above, enlarged, below) = _page(4.05, "a;b;c", height_ratios=(1.3, 1, 1))
     _draw_film(above, (below,), data, "belt_022")
-    track = data["belt_022_track"]
-    begin, end = above.get_xlim()
-    middle = (begin + end) / 2
-    window = middle - _ENLARGED_S / 2, middle + _ENLARGED_S / 2
+    run, track = data["belt_022"], data["belt_022_track"]
+    begin, _ = above.get_xlim()
+    window = tuple(begin + np.array(_PRINTED_S["all slip"]))
     panels.zoom(above, enlarged, track.time_s, 100 * track.x_m, window)
     enlarged.set(xlabel=SECONDS, ylabel=LENGTH)
-    if above.lines:  # the event of the paper's recording, to the same scale
-        low, high = above.get_ylim()
-        above.set_ylim(low, high + 0.45 * (high - low))
-        for words, ends in _PRINTED_S.items():
-            look = {"color": style.BLACK, "linewidth": 1.2}
-            above.plot(begin + np.array(ends), [high + 0.08 * (high - low)] * 2, "|-", **look)
-            place = begin + np.mean(ends), high + 0.12 * (high - low)
-            above.annotate(f"paper: {words}", place, ha="center", va="bottom")
+    relative = run.arrays["velocities"] - run.attributes["belt_velocity"]
+    slips = states.slips_of_all(run.arrays["time"], relative, run.arrays["events"])
+    slips_s = to_si(slips - run.attributes["transient"], "time")
+    for ends in slips_s[(slips_s[:, 1] > window[0]) & (slips_s[:, 0] < window[1])]:
+        enlarged.axvspan(*ends, color="0.8", linewidth=0, zorder=0)
+    longest = np.diff(slips_s, axis=1).max(initial=0.0)
+    enlarged.set_title(
+        f"grey: all blocks slip, {longest:.1f} s at most (paper: 60 s)", color="0.35"
+    )
+    # the event of the paper's recording, to the same scale
+    panels.make_room(above, above=0.2)
+    where = {"transform": above.get_xaxis_transform()}
+    for words, ends in _PRINTED_S.items():
+        above.plot(begin + np.array(ends), [0.7] * 2, "|-", color=style.BLACK, **where)
+        above.text(begin + np.mean(ends), 0.73, words, ha="center", **where)
     return figure
 
 

@@ -38,7 +38,7 @@ _SHIFT = 0.16  # of u between the marks of kinds of starts
 def branches(data):
     """Above branches and their ends; then shares of starts, and of sweeps."""
     figure, (orbits, starts, sweeps) = panels.page(
-        5.0, "a;b;c", sharex=True, height_ratios=(1.5, 1, 1)
+        4.05, "a;b;c", sharex=True, height_ratios=(1.5, 1, 1)
     )
     _draw_branches(orbits, data["basins"].arrays)
     shares = data["basin_shares"]
@@ -99,7 +99,8 @@ def _draw_sweeps(axes, falls):
     for number, hold in enumerate(sorted(falls["hold"].unique())):
         for way, face in (("up", None), ("down", "white")):
             rows = falls[(falls["hold"] == hold) & (falls["way"] == way)]
-            _draw_shares(axes, rows, number, f"{way}, {hold:g}", 0.0, face)
+            _draw_shares(axes, rows, number, "" if face else f"hold {hold:g}", 0.0, face)
+    axes.text(0.02, 0.4, "full: up\nopen: down", transform=axes.transAxes)
     _legend_above(axes, 3)
 
 
@@ -271,7 +272,7 @@ _LINEAR_TO = 1e-3  # exponents below are on a linear scale
 @panels.draws(FIGURES)
 def chaos_ends(data):
     """Lifetimes, and slips in the period, over all u, and near one where chaos lasts; then N."""
-    figure, places = panels.page(5.2, "ab;cd;ef", width_ratios=(1.7, 1))
+    figure, places = panels.page(4.05, "ab;cd;ef", width_ratios=(1.7, 1))
     for one, other in ((1, 0), (3, 2)):
         places[one].sharey(places[other])
     table = data["chaos_lifetimes"]
@@ -312,7 +313,7 @@ def _draw_contraction(exponents, lifetimes, table):
     exponents.plot(size, table["exponent_irregular"], "D", label="irregular to the end", **above)
     exponents.set_yscale("symlog", linthresh=_LINEAR_TO, linscale=0.6)
     exponents.set_ylabel("nontrivial exponent")
-    exponents.legend(loc="lower right")
+    panels.legend_above(exponents, handlelength=0.6)
     numbers = (table[f"lifetime{end}"] for end in ("", "_low", "_high"))
     panels.intervals_or_limits(lifetimes, size, *numbers, elinewidth=0.8, **look)
     lifetimes.set(yscale="log", ylabel="mean time irregular")

@@ -29,7 +29,7 @@ def agreement_disorder(data):
     curves = rows.groupby(["n_blocks", "noise"])
     for index, ((_, noise), curve) in enumerate(curves):
         velocity = curve["belt_velocity"]
-        look = style.line_style(index) | {"color": style.colour_of_noise(noise)}
+        look = style.line_style(index) | style.look_of_noise(noise)
         above.plot(velocity, curve["mean_reference"], color=look["color"], linewidth=0.9)
         bars = {"fmt": "x", "color": look["color"], "markersize": 4, "elinewidth": 0.8}
         points = velocity, curve["mean_tested"], curve["error_tested"]

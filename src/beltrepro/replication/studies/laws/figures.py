@@ -73,7 +73,7 @@ def fig07(data):
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
     with panels.shortage_on(axes):
         _draw_event(axes, _forces(series), io.chain(series))
-        axes.legend(loc="lower left")
+        axes.legend(loc="lower left", handlelength=2.4)
     return figure
 
 

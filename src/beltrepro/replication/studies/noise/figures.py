@@ -39,9 +39,9 @@ def fig13(data):
     for noise in panels.levels(scan, "noise"):
         row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
         place = panels.together(row["belt_velocity"])
-        look = {"color": style.colour_of_noise(noise), "label": rf"$\sigma = {noise:g}$"}
+        look = style.look_of_noise(noise) | {"label": rf"$\sigma = {noise:g}$"}
         panels.band(axes, place, row["disorder_parameter"], **look)
-    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=5)
+    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=5, handlelength=2)
     _printed(axes)
     axes.set_xlim(0, None)
     return figure
@@ -49,15 +49,13 @@ def fig13(data):
 
 def _printed(axes):
     axes.set_ylim(top=1.15 * axes.get_ylim()[1])
-    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "center"}
-    for velocity, words, side in (
-        (printed("u-critical"), r"paper: $\sigma = 0$", "right"),
-        (printed("uc-sigma22")["u_c"], r"$\sigma = 2.2$", "left"),
+    for velocity, words, left in (
+        (printed("u-critical"), r"paper: $\sigma = 0$", True),
+        (printed("uc-sigma22")["u_c"], r"$\sigma = 2.2$", False),
     ):
         look = {"color": style.BLACK, "markersize": 7, "markeredgewidth": 1.4}
         axes.plot(velocity, 0.94, "|", transform=axes.get_xaxis_transform(), **look)
-        shift = (-4 if side == "right" else 4), 0
-        axes.annotate(words, (velocity, 0.94), xytext=shift, ha=side, **place)
+        panels.beside(axes, velocity, 0.94, words, left=left)
 
 
 # --- Fig. 14: periodic windows and noise ----------------------------------------------------------
@@ -73,7 +71,7 @@ def fig14(data):
     levels = panels.levels(scan, "noise")
     strips = upper.subgridspec(max(levels.size, 1), 1).subplots(sharex=True, squeeze=False)[:, 0]
     places = [(axes, _row(noise)) for axes, noise in zip(strips, levels, strict=False)]
-    panels.diagrams(figure, scan, places, bar=False)
+    panels.diagrams(scan, places, bar="right")
     for axes, noise in zip(strips, levels, strict=False):
         panels.corner(axes, rf"$\sigma = {noise:g}$")
         axes.set_ylabel(panels.VELOCITY)
@@ -98,12 +96,12 @@ def _column(axes, scan):
     with panels.shortage_on(axes, place=(0.5, 0.25)):
         critical = measure.rise(noise, disorder)["critical"].value
         if np.isfinite(critical):
-            line = axes.axvline(critical, color=style.VERMILION, linestyle="--", zorder=0)
+            line = axes.axvline(critical, **style.HERE, zorder=0)
             words += rf": $\sigma_c = {critical:.2f}$"
             panels.shows(line, "sigma-c-u7", "sigma_c")
     value = printed("sigma-c-u7")
-    axes.axvline(value, color=style.BLACK, linestyle=":", zorder=0)
-    text = panels.remark(axes, f"{words} (dashed), paper: {value} (dotted)")
+    axes.axvline(value, **style.PAPER, zorder=0)
+    text = panels.remark(axes, f"{words} (red), paper: {value} (dashed)")
     if np.isfinite(critical):
         panels.shows(text, "sigma-c-u7", "sigma_c")
 
@@ -119,10 +117,15 @@ def fig15(data):
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
     figure = style.page(2.9)
     axes = figure.subplots()
-    colours = zip(velocities, style.shades(velocities.size), strict=True)
-    places = {(N_BLOCKS, u): {"color": colour, "label": f"$u = {u:g}$"} for u, colour in colours}
+    places = {}
+    for index, (u, colour) in enumerate(
+        zip(velocities, style.shades(velocities.size), strict=True)
+    ):
+        look = {"color": colour, "marker": style.MARKERS[index % 7], "label": f"$u = {u:g}$"}
+        places[N_BLOCKS, u] = look
     panels.against_noise(axes, data["n5_columns"], places)
-    axes.axvline(GUIDE, color=style.BLACK, linewidth=0.6, linestyle="--", zorder=0)
+    axes.axvline(GUIDE, color=style.GREY, linewidth=0.6, zorder=0)
+    panels.beside(axes, GUIDE, 0.04, "guide to the eye")
     return figure
 
 
@@ -141,12 +144,13 @@ def fig16(data):
     for axes, spectrum, name in zip(traces, (left, right), ("u17", "u19"), strict=True):
         series = data[name]
         panels.laminar_trace(axes, series, laminar_time, SHOWN)
-        axes.set_xlabel(panels.TIME)
         axes.locator_params(axis="x", nbins=5)
         panels.spectrum(spectrum, series)
         velocity = series.attributes["belt_velocity"]
         panels.remark(spectrum, f"$u = {velocity:g}$")
-        shares.axvline(velocity, color="0.4", linewidth=0.8, linestyle="--")
+        shares.axvline(velocity, color="0.6", linewidth=0.8, zorder=0)
+        panels.beside(shares, velocity, 0.7, axes.get_title("left"), left=True, weight="bold")
+    traces[-1].set_xlabel(panels.TIME)
     noise = data["u17"].attributes["noise"]
     row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
     share = row["belt_velocity"], row["laminar_fraction"]
@@ -170,12 +174,14 @@ def fig17(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
     scan = data["n5_density"]
     figure, grid = panels.page(4.0, "ab;cd", sharex=True, sharey=True)
-    panels.diagrams(figure, scan, [(axes, _row(s)) for axes, s in zip(grid, NOISES, strict=True)])
+    panels.diagrams(scan, [(axes, _row(s)) for axes, s in zip(grid, NOISES, strict=True)])
     for axes, noise in zip(grid, NOISES, strict=True):
         axes.set_title(rf"$\sigma = {noise:g}$")
         _marks(axes, sections.cut(scan, **_row(noise)))
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
         axes.label_outer()
+    place = {"loc": "lower left", "bbox_to_anchor": (0.37, 2 * FOOT), "ncols": 1}
+    panels.legend_above(grid[1], title="last block", handlelength=0.6, **place)
     return figure
 
 
@@ -183,45 +189,45 @@ def _marks(axes, row):
     """At the head of each u: whether the last block slips on, or both motions take turns."""
     low, high = states.LAMINAR_SHARE
     share = sections.spread(row["belt_velocity"], row["laminar_fraction"])
-    for chosen, colour in (
-        (share.mean > high, style.BLUE),
-        ((share.mean >= low) & (share.mean <= high), style.ORANGE),
+    for chosen, colour, words in (
+        (share.mean > high, style.BLUE, "slips on"),
+        ((share.mean >= low) & (share.mean <= high), style.ORANGE, "for a time"),
     ):
         if chosen.any():
             places = share.place[chosen]
             look = {"color": colour, "markersize": 3, "transform": axes.get_xaxis_transform()}
-            axes.plot(places, np.full(places.size, FOOT), "|", **look)
+            axes.plot(places, np.full(places.size, FOOT), "|", label=words, **look)
 
 
 # --- Fig. 18: map of the disorder parameter -------------------------------------------------------
 
 _ONE_MOTION = 0.5  # largest range of the laminar shares at one u, for a line to join their means
 UNSHOWN = (0.5,)  # noise at which b shows what it shows at 0 and 1
-_BLUR = (0, 3)  # points of sigma and u over which the laminar share is averaged for its contours
+_AROUND, _MANY = 3, 1 / 3  # points of sigma and u, of which so many are intermittent at its border
 
 
 @panels.draws(FIGURES)
 def fig18(data):
-    """a: r over the plane (u, sigma), with contours of the laminar share; b: laminar shares."""
+    """a: r over the plane (u, sigma), with the range of intermittency; b: laminar shares."""
     points = data["n5_map"].arrays
     measured = (points["n_blocks"] == N_BLOCKS) & np.isfinite(points["disorder_parameter"])
     points = sections.select(points, measured)
-    figure, (above, below) = panels.page(4.05, "a;b", height_ratios=(1.7, 1))
-    above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
+    figure, (above, below) = panels.page(4.05, "a;b", sharex=True, height_ratios=(1.7, 1))
+    above.set_ylabel(panels.NOISE)
     if points["noise"].size:
-        names = ("noise", "belt_velocity", "disorder_parameter", "laminar_fraction")
+        names = ("noise", "belt_velocity", "disorder_parameter")
         table = pd.DataFrame({name: points[name] for name in names})
-        disorder, share = (
-            table.pivot_table(name, "noise", "belt_velocity", aggfunc="mean") for name in names[2:]
-        )
+        table["intermittent"] = states.intermittent_mask(points).astype(float)
+        plane = table.pivot_table(index="noise", columns="belt_velocity")
+        disorder, mixed = plane["disorder_parameter"], plane["intermittent"]
         place = artists.edges(disorder.columns.to_numpy()), artists.edges(disorder.index.to_numpy())
         image = above.pcolormesh(*place, disorder, cmap="viridis", vmin=0, rasterized=True)
         figure.colorbar(image, ax=above, pad=0.01, label=panels.DISORDER)
-        if min(share.shape) > 1:
-            blurred = scipy.ndimage.uniform_filter(share.to_numpy(), _BLUR, mode="nearest")
-            look = {"colors": "white", "linewidths": 1.2, "linestyles": ("--", "-")}
-            above.contour(share.columns, share.index, blurred, levels=states.LAMINAR_SHARE, **look)
-            panels.remark(above, "laminar share: 0.05 dashed, 0.95 full")
+        if min(mixed.shape) > 1:
+            around = scipy.ndimage.uniform_filter(mixed.to_numpy(), _AROUND, mode="nearest")
+            look = {"colors": "white", "linewidths": 2.0, "linestyles": ":"}
+            above.contour(mixed.columns, mixed.index, around, levels=[_MANY], **look)
+            panels.note(above, "intermittent", place=(0.75, 0.75))
         _falls(above, data["critical_velocities"])
     else:
         panels.note(above, "no points in this scan")
@@ -236,11 +242,12 @@ def _falls(axes, table):
     reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
     halo = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
     look = {"fmt": "o", "color": style.BLACK, "markersize": 2.5, "elinewidth": 0.9} | halo
-    bars = axes.errorbar(rows["critical"], rows["noise"], xerr=reach, **look)
+    bars = axes.errorbar(rows["critical"], rows["noise"], None, reach, label="$u_c$ here", **look)
     names = map("u_c({:g})".format, rows["noise"])
     panels.shows(bars, "uc-of-sigma", *names, variant="exact dynamics")
     places = printed("u-critical"), printed("uc-sigma22")["u_c"]
-    axes.plot(places, (0.0, 2.2), "|", color=style.BLACK, markersize=9, **halo)
+    axes.plot(places, (0.0, 2.2), "|", color=style.BLACK, markersize=9, label="paper", **halo)
+    panels.legend_above(axes, reverse=True)
 
 
 def _shares(axes, scan):
@@ -253,7 +260,7 @@ def _shares(axes, scan):
         # runs that keep to one of both motions have a mean, but no motion has it
         agree = np.all(spread.high - spread.low <= _ONE_MOTION)
         look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
-        look |= {"color": style.colour_of_noise(noise)}
+        look = style.look_of_noise(noise) | look
         panels.draw_runs(axes, *share, index, label=label, **look)
     for limit in states.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")

@@ -34,7 +34,7 @@ def fig19(data):
             row = sections.cut(data[name], n_blocks=n_blocks, noise=NOISE)
             look = style.look_of_size(n_blocks) | {"label": f"$N = {n_blocks}$"}
             panels.band(axes, row["belt_velocity"], row["disorder_parameter"], **look)
-    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=6)
+    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=6, handlelength=2)
     _regions(axes, data["critical_velocities"])
     axes.set_xlim(left=0)
     return figure
@@ -103,6 +103,9 @@ def _last_sticks(axes, beside, scan, laminar_time):
     share = [lasting[velocity == place].mean() for place in places]
     beside.plot(places, share, "o-", color=style.VERMILION, markersize=3)
     axes.axhline(transient / duration, color="0.5", linewidth=0.8, linestyle=":")
+    axes.text(
+        0.03, transient / duration, "transient", va="top", transform=axes.get_yaxis_transform()
+    )
 
 
 # --- Fig. 21: the rise of r with noise for several system sizes -----------------------------------
@@ -115,10 +118,10 @@ def fig21(data):
     points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
     places = {}
     for n, u in points:
-        dashes = style.DASHES[sum(size == n for size, _ in places) % len(style.DASHES)]
-        look = {"linestyle": dashes, "label": f"$N = {n}$, $u = {u:g}$"}
+        face = "white" if any(size == n for size, _ in places) else None
+        look = {"markerfacecolor": face, "label": f"$N = {n}$, $u = {u:g}$"}
         places[n, u] = style.look_of_size(n) | look
-    panels.against_noise(figure.subplots(), data["size_columns"], places)
+    panels.against_noise(figure.subplots(), data["size_columns"], places, ncols=2)
     return figure
 
 
@@ -132,15 +135,15 @@ def fig22(data):
     """v_N at the section against u, a row for each N, a column for each noise."""
     scan = data["size_density"]
     noises = panels.levels(scan, "noise")[:MOST_NOISES]
-    figure = style.page(7.0, wide=True)
-    figure.set_dpi(150)  # the noise of so many pixels makes a file of 3 MB at 300
+    figure = style.page(8.2, wide=True)
+    figure.set_dpi(200)  # the noise of so many pixels makes a large file at 300
     grid = figure.subplots(len(SIZES), max(noises.size, 1), sharex=True, sharey=True, squeeze=False)
     cells = [
         (axes, {"n_blocks": n_blocks, "noise": noise})
         for n_blocks, row in zip(SIZES, grid, strict=True)
         for noise, axes in zip(noises, row, strict=True)
     ]
-    panels.diagrams(figure, scan, cells)
+    panels.diagrams(scan, cells)
     for axes, where in cells:
         panels.corner(axes, f"$N = {where['n_blocks']}$")
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)

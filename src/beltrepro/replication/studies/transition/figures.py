@@ -50,6 +50,8 @@ def fig11(data):
     enlarged.set(xlabel=panels.TIME, ylabel=panels.POSITION)
     spread = data["u20_slips"].attributes["initial_spread"]
     panels.remark(above, f"start moved by {spread:g}: last stick at $t$ = {last_stick:.0f}")
+    relative.legend(loc="lower right")
+    above.text(0.98, 0.8, "slips on", transform=above.transAxes, ha="right")
 
     series = data["u20"]
     settles = _transient(series, "orbit")
@@ -87,10 +89,10 @@ def _transient(series, until):
 
 
 def _envelope(axes, curve, end, label):
-    """A trace with the end of its transient, here dashed and in the paper dotted."""
+    """A trace with the end of its transient, here and in the paper."""
     artists.envelope(axes, *curve)
-    axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
-    axes.axvline(end, color=style.VERMILION, linestyle="--")
+    axes.axvline(end, **style.HERE, label="end here")
+    axes.axvline(printed("u20-transient"), **style.PAPER, label="paper")
     axes.set(xlim=(0, curve[0, -1]), ylabel=label)
 
 
@@ -106,7 +108,7 @@ def _ends(axes, scan, velocity):
     share = np.arange(1, ended.size + 1) / at_velocity.sum()
     steps = [0, *ended, duration], [0, *share, *share[-1:], *[0.0] * (not share.size)]
     axes.step(*steps, where="post", color=style.BLUE)
-    axes.axvline(printed("u20-transient"), color=style.BLACK, linestyle=":")
+    axes.axvline(printed("u20-transient"), **style.PAPER)
     panels.remark(axes, f"{ended.size} of {at_velocity.sum()} starts")
 
 
@@ -121,10 +123,10 @@ PLAIN = 50  # a shorter range of lifetimes has plain numbers
 def fig12(data):
     """a: v_N at the section; b: r; c: mean lifetimes. Against u, without noise."""
     figure, (top, disorder, lifetimes) = panels.page(
-        4.05, "a;b;c", sharex=True, height_ratios=(1.5, 1.3, 0.9)
+        4.05, "a;b;c", sharex=True, height_ratios=(1.6, 1.4, 0.8)
     )
     scan, row = data["n5_density"], {"n_blocks": N_BLOCKS, "noise": 0.0}
-    panels.diagrams(figure, scan, [(top, row)], bar=False)
+    panels.diagrams(scan, [(top, row)], bar="top")
     top.set_ylabel(panels.VELOCITY)
     panels.remark(top, panels.section_name(sections.cut(scan, **row)))
     _disorder(disorder, data)
@@ -149,11 +151,12 @@ def _disorder(axes, data):
             row = sections.cut(data[name], n_blocks=N_BLOCKS, noise=0.0)
             points = row["belt_velocity"], row["disorder_parameter"]
             axes.plot(*points, **{"marker": ".", "linestyle": "none", "label": label} | look)
-    panels.finish_curves(axes, xlabel="", handlelength=0.6)
-    panels.make_room(axes, above=0.22)
+    panels.finish_curves(axes, xlabel="", handlelength=0.6, markerscale=1.6)
+    panels.make_room(axes, above=0.3)
     if starts is not None:
         _mark_transition(axes, _fall(starts))
-    panels.printed_range(axes, *PRINTED, f"paper: {PRINTED[0]} to {PRINTED[1]}")
+    panels.printed_range(axes, 20, 22, "outliers")  # three, of large r
+    panels.printed_range(axes, *PRINTED, "paper: fall", left=True)
 
 
 @panels.reduced
@@ -167,12 +170,11 @@ def _mark_transition(axes, fall):
     if np.isnan(critical):
         return
     region = axes.axvspan(lower, upper, color="0.9", linewidth=0, zorder=0)
-    line = axes.axvline(critical, color="0.4", linewidth=0.8, linestyle="--", zorder=0)
+    line = axes.axvline(critical, **style.HERE | {"linewidth": 0.8, "zorder": 0})
     words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f}"
     panels.shows(region, "u-critical", "lower", "upper")
     panels.shows(line, "u-critical", "critical")
-    place = {"transform": axes.transAxes, "ha": "right", "va": "top"}
-    text = axes.text(0.98, 0.9, words, **place)
+    text = panels.beside(axes, PRINTED[1], 0.82, words, color=style.VERMILION)
     panels.shows(text, "u-critical", "lower", "upper", "critical")
 
 
