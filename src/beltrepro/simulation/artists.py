@@ -24,6 +24,8 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DECADES = 3  # range of the colours of a density below the largest one, at most
 RASTER_FROM = 5000  # more points than this are an image in a PDF
 _FEW = 30  # places of a curve that have marks
+_PER_DECADE = 20  # medians of a spectrum
+_PER_CELL, _CELLS = 40, (64, 512)  # points, about, of a density; least and most along an axis
 
 
 # --- words and colours ----------------------------------------------------------------------------
@@ -103,6 +105,26 @@ def band(axes: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> Any:
     return line
 
 
+# --- spectra and power laws -----------------------------------------------------------------------
+
+
+def spectrum(axes: Axes, frequency: np.ndarray, power: np.ndarray, **look: Any) -> Any:
+    """A spectrum, pale, and its medians: of what scatters the eye follows the upper end."""
+    pale = {"color": look.get("color", SKY), "linewidth": 0.3, "alpha": 0.5, "rasterized": True}
+    axes.loglog(frequency, power, **pale)
+    bins = np.floor(_PER_DECADE * np.log10(frequency))
+    places = 10 ** ((np.unique(bins) + 0.5) / _PER_DECADE)
+    medians = [np.median(power[bins == one]) for one in np.unique(bins)]
+    look = {"color": BLUE, "linewidth": 0.9, "label": "median"} | look
+    return axes.loglog(places, medians, **look)[0]
+
+
+def power_law(axes: Axes, law: Any, **look: Any) -> None:
+    """A fitted power law, over the range of the fit."""
+    ends = np.array([law.low, law.high])
+    axes.loglog(ends, law(ends), **({"color": VERMILION, "linewidth": 1.6} | look))
+
+
 # --- densities ------------------------------------------------------------------------------------
 
 
@@ -117,6 +139,13 @@ def density(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, **look
     """Densities (Y, X) between edges x (X + 1,) and y (Y + 1,), in logarithmic colours."""
     look = {"cmap": "magma_r", "norm": "log", "rasterized": True} | colour_limits(values) | look
     return axes.pcolormesh(x, y, np.where(values > 0, values, np.nan), **look)
+
+
+def plane(axes: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> Any:
+    """The density of points, in cells that are as small as their number allows."""
+    cells = int(np.clip(np.sqrt(x.size / _PER_CELL) * 10, *_CELLS))
+    count, *sides = np.histogram2d(x, y, cells, density=True)
+    return density(axes, *sides, count.T, **look)
 
 
 def colour_bar(meshes: Sequence[Any], axes: Any, words: str, **look: Any) -> Any:

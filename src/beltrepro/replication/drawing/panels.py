@@ -11,7 +11,7 @@ import numpy as np
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.drawing import style
 from beltrepro.simulation import artists
-from beltrepro.simulation.artists import plain_log  # noqa: F401
+from beltrepro.simulation.artists import plain_log, power_law  # noqa: F401
 from beltrepro.stats import sections, spectra, states
 
 # What the axes of the paper show, in its symbols (model units).
@@ -21,7 +21,6 @@ DISORDER = "$r$"
 
 CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
 METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
-_PER_DECADE = 20  # medians of a spectrum
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
 
 
@@ -167,20 +166,9 @@ def spectrum(axes, series, shown=np.asarray, *, ylabel=r"$S(\nu)$"):
         interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
         frequency, power = spectra.power_spectrum(position[chosen], interval)
         power = shown(power)
-        axes.loglog(frequency, power, color=style.SKY, linewidth=0.3, alpha=0.5, rasterized=True)
-        # the eye follows the upper end of what scatters: these are medians
-        bins = np.floor(_PER_DECADE * np.log10(frequency))
-        places = 10 ** ((np.unique(bins) + 0.5) / _PER_DECADE)
-        medians = [np.median(power[bins == one]) for one in np.unique(bins)]
-        axes.loglog(places, medians, color=style.BLUE, linewidth=0.9, label="median")
+        artists.spectrum(axes, frequency, power)
         axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
         axes.set_ylim(np.quantile(power[frequency <= _SPECTRUM_TO], 0.02), 5 * power.max())
-
-
-def power_law(axes, law, **look):
-    """A fitted power law, over the range of the fit."""
-    ends = np.array([law.low, law.high])
-    axes.loglog(ends, law(ends), **({"color": style.VERMILION, "linewidth": 1.6} | look))
 
 
 def printed_slope(axes, law, exponent):

@@ -8,7 +8,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.simulation import artists
-from beltrepro.simulation.observables import avalanche_energies, slip_sizes
+from beltrepro.simulation.observables import STUCK, avalanche_energies, slip_sizes
 from beltrepro.stats.densities import density
 from beltrepro.stats.power_law import PowerLawFit
 from beltrepro.stats.spectra import FIT_BAND
@@ -136,9 +136,6 @@ def _density(axes, binned, **look):
 
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
 
-STUCK = 1e-6  # a block slower than this relative to the belt is stuck
-PER_CELL = 40  # points, about, of a density
-CELLS = (64, 512)  # least and most along an axis
 MAGNIFIED = (560.0, 600.0)  # x_N, as in the paper
 
 
@@ -161,9 +158,7 @@ def fig10(data):
         if not position.size:
             panels.note(axes, "no section point at which the last block slips", width=16)
             continue
-        cells = int(np.clip(np.sqrt(position.size / PER_CELL) * 10, *CELLS))
-        count, *edges = np.histogram2d(position, relative, cells, density=True)
-        artists.density(axes, *edges, count.T)
+        artists.plane(axes, position, relative)
     exact.sharex(scheme)
     exact.sharey(scheme)
     scheme.set_ylabel(panels.RELATIVE_VELOCITY)
