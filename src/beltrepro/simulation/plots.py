@@ -224,7 +224,7 @@ def slips(ax: Axes, catalogue: Any, point: int, look: Look) -> Axes:
 
 def length(ax: Axes, run: Any, window: Sequence[float] | None, look: Look) -> Axes:
     """x_N(t)."""
-    ends, inside = _within(run, window, run.initial_state.time)
+    ends, inside = _within(run, window, run.initial_state.time + run.sample_start)
     artists.envelope(ax, run.time[inside], run.positions[inside, -1], **look)
     ax.set(xlim=ends, xlabel=TIME, ylabel=label("$x_N$", "length"))
     ax.locator_params(axis="x", nbins=5)  # wide numbers
