@@ -95,7 +95,7 @@ lock:  ## pin anew into requirements*.txt (needs uv on the PATH)
 
 clean:  ## remove .venv, caches and the smoke results; keep every other result
 	rm -rf .venv .pytest_cache .ruff_cache .mypy_cache .import_linter_cache build dist results/smoke \
-	  docs/reference
+	  docs/reference docs/cookbook examples/*.h5
 	find src tests workflow -name __pycache__ -prune -exec rm -rf {} +
 
 help:  ## this list

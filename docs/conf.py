@@ -1,6 +1,7 @@
 """How Sphinx builds the site: `make docs`."""
 
 import sys
+import warnings
 from pathlib import Path
 
 from beltrepro import __version__
@@ -17,6 +18,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx_argparse_cli",
+    "sphinx_gallery.gen_gallery",
     "extensions.api",
     "extensions.claims_and_figures",
     "extensions.configuration",
@@ -27,6 +29,21 @@ highlight_language = "none"  # of blocks that name no language: many are command
 
 myst_heading_anchors = 4
 myst_enable_extensions = ["dollarmath"]
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "cookbook",
+    "filename_pattern": "",
+    "within_subsection_order": "FileNameSortKey",
+    "abort_on_example_error": True,
+    "capture_repr": (),
+    "min_reported_time": 1000,
+    "write_computation_times": False,
+    "show_signature": False,
+}
+warnings.formatwarning = lambda words, kind, *_: f"{kind.__name__}: {words}\n"  # of recipes
+for written in Path(__file__).parents[1].glob("examples/*.h5"):  # by recipes, in the last build
+    written.unlink()
 
 suppress_warnings = ["ref.python"]  # a type of a docstring that several modules have: no link
 autodoc_typehints = "none"  # docstrings have the types, with shapes

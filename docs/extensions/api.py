@@ -39,7 +39,9 @@ def _names() -> str:
 def _page(name: str) -> str:
     is_class = inspect.isclass(getattr(beltrepro, name))
     shown = (
-        [f".. autoclass:: {name}", "   :members:"] if is_class else [f".. autofunction:: {name}"]
+        [f".. autoclass:: {name}", "   :members:", "   :inherited-members: dict, ndarray"]
+        if is_class
+        else [f".. autofunction:: {name}"]
     )
     return "\n".join([name, "=" * len(name), "", ".. currentmodule:: beltrepro", "", *shown, ""])
 

@@ -22,6 +22,8 @@ from beltrepro.model.units import to_si as to_si
 from beltrepro.simulation.catalogues import Catalogue as Catalogue
 from beltrepro.simulation.catalogues import catalogue as catalogue
 from beltrepro.simulation.grid import Grid as Grid
+from beltrepro.simulation.observables import PowerSpectrum as PowerSpectrum
+from beltrepro.simulation.observables import SectionPoints as SectionPoints
 from beltrepro.simulation.observables import avalanche_energies as avalanche_energies
 from beltrepro.simulation.observables import section as section
 from beltrepro.simulation.observables import slip_sizes as slip_sizes
@@ -40,6 +42,5 @@ from beltrepro.stats.densities import density as density
 from beltrepro.stats.densities import power_law as power_law
 from beltrepro.stats.estimates import Estimate as Estimate
 from beltrepro.stats.power_law import PowerLaw as PowerLaw
-from beltrepro.stats.spectra import PowerSpectrum as PowerSpectrum
 
 __version__: str

@@ -23,6 +23,7 @@ from extensions import claims_and_figures, configuration
 ROOT = Path(__file__).parents[2]
 PAGES = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 GENERATED = ROOT / "docs" / "reference"
+COOKBOOK = ROOT / "docs" / "cookbook"  # of each file of examples a page, by Sphinx-Gallery
 
 
 def blocks(page: Path, language: str = "python") -> list[str]:
@@ -48,6 +49,9 @@ def test_links_lead_somewhere(page):
         target = (page.parent / address).resolve() if address else page
         if "://" in address or target.is_relative_to(GENERATED):
             continue
+        if target.parent == COOKBOOK:
+            target = ROOT / "examples" / target.name.replace("index.rst", "README.rst")
+            target = target if target.exists() else target.with_suffix(".py")
         assert target.exists(), link
         assert not place or target.suffix != ".md" or place in anchors(target), link
 

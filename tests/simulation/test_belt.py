@@ -68,7 +68,7 @@ def test_it_is_saved_drawn_and_told(tmp_path):
     assert read.sum_rule_residual == run.sum_rule_residual
     assert "u=6, sigma=0, then 1 other u, event" in repr(run)
     axes = run.plot(tmp_path / "run.png").axes
-    assert len(axes) == 3 and f", then {len(run.changes)} other u:" in axes[0].get_title()
+    assert len(axes) == 3 and ", then 1 other u:  $r$ of all" in axes[0].get_title()
 
 
 def test_a_belt_that_stops_holds_the_chain_and_goes_on():

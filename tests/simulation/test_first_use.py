@@ -1,4 +1,4 @@
-"""What a newcomer tries first: the README, the examples, the notebook."""
+"""What a newcomer tries first: the README, the command, the names."""
 
 import re
 import runpy
@@ -7,7 +7,6 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-import nbformat
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -15,9 +14,6 @@ from matplotlib.image import imread
 import beltrepro
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-LONG = ("basins", "thousand_chains")
-NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
@@ -49,43 +45,6 @@ def test_python_of_the_readme_runs(tmp_path):
     # less kinetic friction, longer slips
     means = names["results"]["disorder_parameter"].reshape(-1, 8).mean(axis=1)
     assert means[0] > 2 * means[-1]
-
-
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(path, marks=pytest.mark.slow if path.stem in LONG else pytest.mark.thorough)
-        for path in EXAMPLES
-    ],
-    ids=lambda path: path.stem,
-)
-def test_example_runs_and_draws(path, tmp_path, capsys):
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 40
-    runpy.run_path(str(path), run_name="__main__")
-    check_picture(tmp_path / f"{path.stem}.png")
-    assert capsys.readouterr().out.strip()
-
-
-def test_examples_need_no_workflow():
-    for path in EXAMPLES:
-        imports = re.findall(r"^from beltrepro(\S*) import", path.read_text("utf-8"), re.MULTILINE)
-        assert imports == [""]  # public names only
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebook_has_no_output_and_runs(path, monkeypatch):
-    notebook = nbformat.read(path, as_version=4)
-    nbformat.validate(notebook)
-    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    assert not any(cell.outputs or cell.execution_count for cell in cells)
-    # in a notebook a figure shows itself
-    monkeypatch.setattr("beltrepro.simulation.picture.display", lambda: "notebook")
-    names: dict = {}
-    for cell in cells:
-        exec(compile(cell.source, path.name, "exec"), names)
-    assert set(names["table"]["belt_velocity"]) == {5.0, 10.0, 20.0}
-    assert len(names["axes"].containers) == 3
 
 
 def test_the_module_is_the_command(capsys, monkeypatch):

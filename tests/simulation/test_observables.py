@@ -96,7 +96,14 @@ def test_the_spectrum_of_a_run_is_that_of_its_last_block_after_the_transient(run
     assert 0.0039 < alone.frequency[0] < 0.0041
     both = spectrum([runs[0], runs[1]])
     np.testing.assert_allclose(both.power, (alone.power + spectrum(runs[1]).power) / 2)
+    assert not alone.plot().get_legend()
     assert alone.exponent(0.3, 2).runs == 7 and both.exponent(0.3, 2).runs == 14
+    ax, law = alone.plot(color="red"), alone.law(0.3, 2)
+    pale, medians, fitted = ax.lines
+    assert np.array_equal(pale.get_xydata(), np.transpose([alone.frequency, alone.power]))
+    assert {medians.get_color(), pale.get_color()} == {"red"} and ax.get_yscale() == "log"
+    np.testing.assert_allclose(fitted.get_xydata().T, [(0.3, 2), law([0.3, 2])])
+    assert f"exponent {law.exponent.value:.3g} (" in fitted.get_label()
 
 
 def test_a_spectrum_of_a_belt_that_changes_says_so():
@@ -126,6 +133,17 @@ def test_a_section_is_of_the_last_block_where_it_slips():
     assert found["position"].tolist() == points["positions"][slips, 4].tolist()
     assert found["point"].tolist() == points["point"][slips].tolist()
     assert not found["repeated"].any()
+    assert repr(found) == f"SectionPoints({len(found)} points of 2 chains)"
+    assert type(found["position"]) is np.ndarray and repr(found == found).startswith("Sect")
+    for how in ({}, {"density": True}):
+        ax = found.plot(**how)
+        assert ax.get_ylabel() == "$v_N - u$ (model velocity)"
+    (mesh,) = ax.collections
+    corner, share = np.asarray(mesh.get_coordinates()), np.ma.filled(mesh.get_array(), 0.0)
+    cells = np.outer(np.diff(corner[:, 0, 1]), np.diff(corner[0, :, 0]))
+    assert np.sum(cells * share) == pytest.approx(1)
+    with pytest.raises(InputError, match="at none the last block slips"):
+        found[:0].plot()
     with pytest.warns(UserWarning, match="repeat another bit by bit"):
         twice = section(catalogue([CHAINS[1]] * 2, **LENGTHS))
     again, half = twice["repeated"], len(twice) // 2

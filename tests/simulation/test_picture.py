@@ -90,6 +90,11 @@ def test_one_panel_shows_the_samples_and_slips_of_a_run(run):
         run.plot_phase(block=0)
 
 
+def test_a_picture_begins_where_samples_do():
+    late = simulate(ChainParameters(2, 5.0), duration=60, sample_start=40)
+    assert picture.draw(late).axes[0].get_xlim() == late.plot_length().get_xlim() == (40, 60)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("suffix", picture.SUFFIXES)
 def test_files_of_each_kind(run, tmp_path, suffix):

@@ -21,8 +21,10 @@ from beltrepro import (
     orbit_branch,
     periodic_orbit,
     scan,
+    section,
     simulate,
     slipping_state,
+    spectrum,
     time_to_continuous_slip,
 )  # fmt: skip
 from beltrepro.base import store
@@ -46,6 +48,8 @@ def returned():
         orbit,
         orbit_branch(orbit, lower=4.9, upper=5.1),
         basins(ChainParameters(1, 5.0), duration=1000),
+        spectrum(run),
+        section(catalogue(CHAIN, duration=99, transient=20)),
     ]
     return {type(result).__name__: result for result in results}
 
@@ -55,6 +59,7 @@ PICTURES = [
     *(("Run", f"plot_{what}") for what in ("length", "slips", "phase")),
     *(("Results", name) for name in ("plot", "plot_section")),
     ("Basins", "plot_shares"), ("Catalogue", "plot_slips"), ("PeriodicOrbit", "plot"),
+    ("PowerSpectrum", "plot"), ("SectionPoints", "plot"),
 ]  # fmt: skip
 
 

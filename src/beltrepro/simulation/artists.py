@@ -25,6 +25,8 @@ SHADES = ListedColormap(colormaps["magma_r"](np.linspace(0.08, 1, 256)))  # none
 DECADES = 3  # range of the colours of a density below the largest one, at most
 RASTER_FROM = 5000  # more points than this are an image in a PDF
 _FEW = 30  # places of a curve that have marks
+_PER_DECADE = 20  # medians of a spectrum
+_PER_CELL, _CELLS = 40, (64, 320)  # points, about, of a density; least and most along an axis
 
 
 # --- words and colours ----------------------------------------------------------------------------
@@ -104,6 +106,32 @@ def band(axes: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> Any:
     return line
 
 
+# --- spectra and power laws -----------------------------------------------------------------------
+
+
+def medians(frequency: np.ndarray, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places and medians of a spectrum in narrow bins."""
+    bins = np.floor(_PER_DECADE * np.log10(frequency))
+    places = 10 ** ((np.unique(bins) + 0.5) / _PER_DECADE)
+    return places, np.array([np.median(power[bins == one]) for one in np.unique(bins)])
+
+
+def spectrum(
+    axes: Axes, frequency: np.ndarray, power: np.ndarray, middle: Any = None, **look: Any
+) -> Any:
+    """A spectrum, pale, and its medians: of what scatters the eye follows the upper end."""
+    pale = {"color": look.get("color", SKY), "linewidth": 0.3, "alpha": 0.5, "rasterized": True}
+    axes.loglog(frequency, power, **pale)
+    look = {"color": BLUE, "linewidth": 0.9, "label": "median"} | look
+    return axes.loglog(*(middle or medians(frequency, power)), **look)[0]
+
+
+def power_law(axes: Axes, law: Any, **look: Any) -> None:
+    """A fitted power law, over the range of the fit."""
+    ends = np.array([law.low, law.high])
+    axes.loglog(ends, law(ends), **({"color": VERMILION, "linewidth": 1.6} | look))
+
+
 # --- densities ------------------------------------------------------------------------------------
 
 
@@ -118,6 +146,20 @@ def density(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, **look
     """Densities (Y, X) between edges x (X + 1,) and y (Y + 1,), in logarithmic colours."""
     look = {"cmap": SHADES, "norm": "log", "rasterized": True} | colour_limits(values) | look
     return axes.pcolormesh(x, y, np.where(values > 0, values, np.nan), **look)
+
+
+def cells(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges x and y of cells as small as the number of points allows, and how many in each."""
+    number = int(np.clip(np.sqrt(x.size / _PER_CELL) * 10, *_CELLS))
+    count, *sides = np.histogram2d(x, y, number)
+    return *sides, count.T
+
+
+def plane(axes: Axes, x: np.ndarray, y: np.ndarray, **look: Any) -> Any:
+    """The density of points."""
+    *sides, count = cells(x, y)
+    area = np.outer(np.diff(sides[1]), np.diff(sides[0]))
+    return density(axes, *sides, count / (x.size * area), **look)
 
 
 def colour_bar(meshes: Sequence[Any], axes: Any, words: str, **look: Any) -> Any:

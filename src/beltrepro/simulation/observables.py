@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +18,13 @@ from beltrepro.observe.slips import slips_and_avalanches
 from beltrepro.simulation.catalogues import Catalogue
 from beltrepro.simulation.run import Run
 from beltrepro.simulation.setup import warn
-from beltrepro.stats import sections
+from beltrepro.simulation.tables import one_panel
+from beltrepro.stats import sections, spectra
 from beltrepro.stats.densities import ChainValues
-from beltrepro.stats.spectra import PowerSpectrum
+from beltrepro.stats.power_law import PowerLaw
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FRAMES = ("laboratory", "belt")
 _NUMBERS = [(name, "f8") for name in ("time", "position", "relative_velocity")]
@@ -35,6 +40,27 @@ def _runs(value: Any) -> list[Run]:
 
 
 # --- spectra --------------------------------------------------------------------------------------
+
+
+class PowerSpectrum(spectra.PowerSpectrum):
+    __doc__ = spectra.PowerSpectrum.__doc__
+
+    @names.checked
+    def law(self, low: float, high: float) -> PowerLaw:
+        vars(self)["_asked"] = law = super().law(low, high)
+        return law
+
+    law.__doc__ = spectra.PowerSpectrum.law.__doc__
+
+    @one_panel
+    def plot(self, path: str | Path | None = None, *, ax: Any = None, **look: Any) -> Axes:
+        """Draw the power by frequency, pale, and its medians, on logarithmic axes.
+
+        With the `law` or `exponent` that was asked for last, over the range of its fit.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.spectrum(ax, self, vars(self).get("_asked"), look)
 
 
 @names.checked
@@ -211,8 +237,51 @@ def avalanche_energies(
 # --- sections -------------------------------------------------------------------------------------
 
 
+class SectionPoints(np.ndarray):
+    """Points of a Poincaré section: a structured array that can be drawn.
+
+    Parameters
+    ----------
+    points : structured array (S,)
+        With the fields that `section` names.
+    """
+
+    def __new__(cls, points: np.ndarray) -> SectionPoints:
+        return points.view(cls)
+
+    def __getitem__(self, item: Any) -> Any:
+        """A field is a plain array."""
+        part = super().__getitem__(item)
+        return part.view(np.ndarray) if getattr(part, "dtype", self.dtype) != self.dtype else part
+
+    def __repr__(self) -> str:
+        if not self.dtype.names:  # what compares points, say
+            return super().__repr__()
+        return f"SectionPoints({self.size} points of {np.unique(self['point']).size} chains)"
+
+    __str__ = __repr__
+
+    @one_panel
+    def plot(
+        self, path: str | Path | None = None, *, ax: Any = None, density: bool = False,
+        bar: bool = True, **look: Any,
+    ) -> Axes:  # fmt: skip
+        """Draw the velocity of the last block, relative to the belt, by its position.
+
+        Parameters
+        ----------
+        density : bool
+            Whether to draw the density of the points, in colours; its integral is 1.
+        bar : bool
+            Whether to draw the scale of these colours, which is logarithmic.
+        """
+        from beltrepro.simulation import plots
+
+        return plots.plane(ax, self, density, bar, look)
+
+
 @names.checked
-def section(source: Catalogue) -> np.ndarray:
+def section(source: Catalogue) -> SectionPoints:
     """Poincaré section of chains, projected on the phase plane of the last block (Fig. 10).
 
     Parameters
@@ -223,11 +292,11 @@ def section(source: Catalogue) -> np.ndarray:
 
     Returns
     -------
-    structured array (S,)
-        The points at which the last block slips: point, the number of the chain, from 0; time;
-        position x_N and relative_velocity v_N - u, model units; repeated, whether the state of all
-        blocks lies near that of an earlier point, so that this one says nothing new of a
-        distribution: on a periodic orbit, or of a start that has not parted yet.
+    SectionPoints
+        A structured array (S,) of the points at which the last block slips: point, the number of
+        the chain, from 0; time; position x_N and relative_velocity v_N - u, model units; repeated,
+        whether the state of all blocks lies near that of an earlier point, so that this one says
+        nothing new of a distribution: on a periodic orbit, or of a start that has not parted yet.
 
     Raises
     ------
@@ -246,4 +315,4 @@ def section(source: Catalogue) -> np.ndarray:
     points["relative_velocity"] = rows["velocities"][:, -1]
     points["relative_velocity"] -= _of_chain(source, rows, "belt_velocity")
     points["repeated"] = sections.repeated(np.hstack([rows["positions"], rows["velocities"]]))
-    return points[points["relative_velocity"] < -STUCK]
+    return SectionPoints(points[points["relative_velocity"] < -STUCK])

@@ -133,7 +133,7 @@ def display() -> str:
 
 
 def draw(run: Any) -> Figure:
-    """x_N(t) and r up to t over the whole run; below, who slips when at its end."""
+    """x_N(t) and r up to t over all that has samples; below, who slips when at its end."""
     begin, end = run.initial_state.time, run.final_state.time
     n_blocks = run.parameters.n_blocks
     rows_beyond = max(0, n_blocks - _USUAL_ROWS)
@@ -143,7 +143,8 @@ def draw(run: Any) -> Figure:
         length, disorder, slips = figure.subplots(3, 1, height_ratios=ratios)
         _draw_length(length, run)
         length.axvspan(begin, begin + run.transient, color="0.5", alpha=0.2, linewidth=0)
-        length.set(xlim=(begin, end), ylabel="$x_N$")
+        sampled = begin + run.sample_start if run.time.size else begin
+        length.set(xlim=(sampled, end), ylabel="$x_N$")
         length.tick_params(labelbottom=False)
         _draw_disorder(disorder, run)
         disorder.sharex(length)
@@ -173,7 +174,8 @@ def _draw_length(axes, run):
     if np.isfinite(run.mean_length):
         axes.axhline(run.mean_length, **_MEAN)
         mean = rf"$\langle x_N \rangle$ = {run.mean_length:.4g}"
-        title += rf":  $r$ = {run.disorder_parameter:.4g},  {mean}"
+        of_all = " of all" if run.changes else ""
+        title += rf":  $r${of_all} = {run.disorder_parameter:.4g},  {mean}"
     axes.set_title(title)
 
 

@@ -150,6 +150,33 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
     return x, [name for name in differing if name != x]
 
 
+def plane(ax: Axes, points: Any, as_density: bool, bar: bool, look: Look) -> Axes:
+    """Points of a section in the plane of the last block, or their density."""
+    if not len(points):
+        raise InputError("these are no points: at none the last block slips")
+    at = points["position"], points["relative_velocity"]
+    if as_density:
+        mesh = artists.plane(ax, *at, **look)
+        if bar:
+            artists.colour_bar([mesh], ax, label("density", "1/(length × velocity)"))
+    else:
+        look = {"rasterized": len(points) > artists.RASTER_FROM} | look
+        ax.plot(*at, **{"color": BLUE, "marker": ".", "markersize": 2, "linestyle": "none"} | look)
+    ax.set(xlabel=label("$x_N$", "length"), ylabel=label("$v_N - u$", "velocity"))
+    return ax
+
+
+def spectrum(ax: Axes, measured: Any, law: Any, look: Look) -> Axes:
+    """Power by frequency, and the law that was fitted."""
+    artists.spectrum(ax, measured.frequency, measured.power, **look)
+    if law:
+        words = "exponent {:.3g} ({:.3g} to {:.3g})".format(*law.exponent.numbers)
+        artists.power_law(ax, law, label=words)
+        ax.legend()
+    ax.set(xlabel=label("frequency", "1/time"), ylabel="power spectral density")
+    return ax
+
+
 # --- slips and avalanches -------------------------------------------------------------------------
 
 
@@ -197,7 +224,7 @@ def slips(ax: Axes, catalogue: Any, point: int, look: Look) -> Axes:
 
 def length(ax: Axes, run: Any, window: Sequence[float] | None, look: Look) -> Axes:
     """x_N(t)."""
-    ends, inside = _within(run, window, run.initial_state.time)
+    ends, inside = _within(run, window, run.initial_state.time + run.sample_start)
     artists.envelope(ax, run.time[inside], run.positions[inside, -1], **look)
     ax.set(xlim=ends, xlabel=TIME, ylabel=label("$x_N$", "length"))
     ax.locator_params(axis="x", nbins=5)  # wide numbers

@@ -13,7 +13,7 @@ from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.drawing import style
 from beltrepro.simulation import artists
-from beltrepro.simulation.artists import plain_log  # noqa: F401
+from beltrepro.simulation.artists import plain_log, power_law  # noqa: F401
 from beltrepro.stats import sections, spectra, states
 
 # What the axes of the paper show, in its symbols (model units).
@@ -23,7 +23,6 @@ DISORDER = "$r$"
 
 CHECK = "_check"  # suffix of a scan with some of the points by the other integrator
 METHODS = {"event": "exact motion", "verlet": "paper's scheme"}
-_PER_DECADE = 20  # medians of a spectrum
 _SPECTRUM_TO = 2.0  # highest frequency shown: beyond it lies only the smoothness of slips
 _COLUMNS = 5000  # of a thinned curve: a page has 1000 pixels
 EXCERPT = "excerpt"  # in place of the kind of a dataset
@@ -214,10 +213,7 @@ def spectrum(axes, series, shown=np.asarray, *, ylabel=r"$S(\nu)$"):
     with shortage_on(axes):
         drawn = _spectrum(series)
         frequency, power = drawn["frequency"], shown(drawn["power"])
-        axes.loglog(frequency, power, color=style.SKY, linewidth=0.3, alpha=0.5, rasterized=True)
-        # the eye follows the upper end of what scatters: these are medians
-        medians = shown(drawn["medians"])
-        axes.loglog(drawn["places"], medians, color=style.BLUE, linewidth=0.9, label="median")
+        artists.spectrum(axes, frequency, power, (drawn["places"], shown(drawn["medians"])))
         axes.set_xlim(frequency[0], min(_SPECTRUM_TO, frequency[-1]))
         axes.set_ylim(shown(drawn["low"]), 5 * power.max())
 
@@ -229,19 +225,11 @@ def _spectrum(series):
     chosen = time >= series.attributes["transient"]
     interval = float(np.median(np.diff(time[chosen]))) if chosen.sum() > 1 else np.nan
     frequency, power = spectra.power_spectrum(position[chosen], interval)
-    bins = np.floor(_PER_DECADE * np.log10(frequency))
-    places = 10 ** ((np.unique(bins) + 0.5) / _PER_DECADE)
-    medians = np.array([np.median(power[bins == one]) for one in np.unique(bins)])
+    places, medians = artists.medians(frequency, power)
     low = np.quantile(power[frequency <= _SPECTRUM_TO], 0.02)
     logs, power = thinned(np.log(frequency), power)
     curve = {"frequency": np.exp(logs), "power": power}
     return curve | {"places": places, "medians": medians, "low": low}
-
-
-def power_law(axes, law, **look):
-    """A fitted power law, over the range of the fit."""
-    ends = np.array([law.low, law.high])
-    axes.loglog(ends, law(ends), **style.HERE | look)
 
 
 def printed_slope(axes, law, exponent):

@@ -7,7 +7,8 @@ from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.verdicts.ledger import printed
-from beltrepro.simulation.observables import avalanche_energies, slip_sizes
+from beltrepro.simulation import artists
+from beltrepro.simulation.observables import STUCK, avalanche_energies, slip_sizes
 from beltrepro.stats.densities import Density, density
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import PowerLawFit
@@ -165,9 +166,6 @@ def _density(axes, binned, **look):
 
 # --- Fig. 10: natural distribution on a Poincaré section ------------------------------------------
 
-STUCK = 1e-6  # a block slower than this relative to the belt is stuck
-PER_CELL = 40  # points, about, of a density
-CELLS = (64, 320)  # least and most along an axis
 MAGNIFIED = (560.0, 600.0)  # x_N, as in the paper
 
 
@@ -208,9 +206,8 @@ def _cells(dataset, low=-np.inf, high=np.inf):
     slipping = relative < -STUCK
     chosen = slipping & (position > low) & (position < high)
     require(chosen.any(), "no section point at which the last block slips")
-    number = int(np.clip(np.sqrt(chosen.sum() / PER_CELL) * 10, *CELLS))
-    count, *edges = np.histogram2d(position[chosen], relative[chosen], number)
-    cells = {"count": count.T.astype(np.uint32), "position": edges[0], "relative": edges[1]}
+    *edges, count = artists.cells(position[chosen], relative[chosen])
+    cells = {"count": count.astype(np.uint32), "position": edges[0], "relative": edges[1]}
     return cells | {"points": slipping.sum()}
 
 
