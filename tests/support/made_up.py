@@ -1,5 +1,6 @@
 """Verdicts of claims on made-up runs: datasets whose answers are known."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.studies import every_claim  # noqa: F401 registers the claims
 from beltrepro.replication.verdicts.criteria import QUESTIONS, judge
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.replication.verdicts.ledger import load_ledger, readings_of
+from beltrepro.replication.verdicts.ledger import REGISTRY, load_ledger
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
@@ -45,8 +46,7 @@ def readings(name, datasets=None, settings=SETTINGS):
     """Functions of a claim by reading, the first one of `replicated` first."""
     evidence = Evidence(datasets or {}, settings)
     evidence.start(LEDGER[name])
-    measurement = readings_of(name, evidence)
-    return measurement if isinstance(measurement, dict) else {"": lambda: measurement}
+    return {reading: partial(of, evidence) for reading, of in REGISTRY[name].items()}
 
 
 def measured(name, reading=None, /, settings=SETTINGS, **datasets):

@@ -29,8 +29,6 @@ def summary(material: Material) -> dict:
     runs = [number for number in runs if number is not None]
     pictures = material.pictures
     return {
-        "datasets": len(material.files.get("datasets", [])),
-        "numbered": sum(bool(picture["number"]) for picture in pictures),
         "findings": findings_of(results),
         "words": words(),
         "measured": list(printed_and_measured(results)),

@@ -9,7 +9,7 @@ from beltrepro.model.units import to_si
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
-from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.replication.verdicts.ledger import claim, load_ledger
 from beltrepro.replication.verdicts.motions import N_BLOCKS
 from beltrepro.stats.estimates import absent, difference, mean, ratio, share_of, slope
 
@@ -235,8 +235,7 @@ def laminar_spectra(evidence):
     return measure.spectra(evidence, "u17", "u19")
 
 
-@claim("intermittency-region")
-def intermittency_region(evidence):
+@claim("intermittency-region", load_ledger()["intermittency-region"].parameters["laminar_share"])
+def intermittency_region(evidence, limits):
     """Width in u of the intermittent region against noise."""
-    shares = evidence.claim.parameters["laminar_share"]
-    return {name: partial(measure.region, evidence, *limits) for name, limits in shares.items()}
+    return measure.region(evidence, *limits)

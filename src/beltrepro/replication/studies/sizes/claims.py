@@ -9,7 +9,7 @@ from beltrepro.base.errors import require
 from beltrepro.replication.studies.sizes import measure
 from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
-from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
+from beltrepro.replication.verdicts.evidence import EXACT, SCHEME, Evidence
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.stats import transition
 from beltrepro.stats.estimates import bootstrap, difference, trend
@@ -66,18 +66,11 @@ def _wider(falls, more, less):
     )
 
 
-@claim("n10-intermittency", SCHEME)
-def n10_intermittency(evidence):
+@claim("n10-intermittency", {SCHEME: Evidence.row, EXACT: Evidence.replicates})
+def n10_intermittency(evidence, runs_of):
     """Laminar phases of ten blocks without noise in the transition, and whether they last."""
-    row = evidence.row(10, 0.0, scan="size_rows")
-    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
-
-
-@claim("n10-intermittency", EXACT)
-def n10_intermittency_of_exact_runs(evidence):
-    """The same of independent runs."""
-    row = evidence.replicates(10, 0.0)
-    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
+    runs = runs_of(evidence, 10, 0.0)
+    return measure.intermittency(runs.within(*evidence.claim.parameters["belt_velocity"]))
 
 
 # --- chaos ----------------------------------------------------------------------------------------
