@@ -161,16 +161,15 @@ def test_whether_large_r_is_the_rule_beyond_the_transition(share, settles, verdi
     ],
 )
 def test_transients_at_u20(counts, verdicts):
-    runs = escapes(*counts)["lifetimes"]
+    runs = escapes(*counts)
     made = {"lifetimes_wide": runs, "n5_rows": scan_of_laws([20], falling(), replicates=1)}
-    exact = Dataset(dict(runs.arrays), runs.attributes)
     size = sum(counts)
     # the same runs as exact ones, and others that must not count
     points = {"initial_spread": np.array([1.0, 0.001]), "time_step": np.array([0.001, 0.001])}
-    arrays = {name: np.concatenate([values, values]) for name, values in exact.arrays.items()}
+    arrays = {name: np.concatenate([values, values]) for name, values in runs.arrays.items()}
     arrays["escaped"][size:] = ~arrays["escaped"][size:]
     arrays |= {name: np.repeat(values, size) for name, values in points.items()}
-    made["pairs_states_event"] = Dataset(arrays, exact.attributes)
+    made["pairs_states_event"] = Dataset(arrays, runs.attributes)
     assert both("u20-transient", **made) == verdicts
     numbers = measured("u20-transient", **made).numbers
     assert numbers["r from the declared start"].value == pytest.approx(0.02, abs=0.01)

@@ -63,7 +63,7 @@ def studies(material: Material) -> Iterator[dict]:
             "tables": [
                 table
                 for table, entry in registry.tables().items()
-                if of_study(entry.module) == name and material.has((table,))
+                if of_study(entry.module) == name and material.files.get(table)
             ],
         }
 

@@ -48,8 +48,9 @@ def _transients(evidence, name, **where):
     scan, printed = evidence.dataset(name), evidence.claim.paper
     duration, settle_time = (float(scan.attributes[key]) for key in ("duration", "settle_time"))
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
-    runs = _at(scan.arrays, belt_velocity=20.0, **where)
+    runs, _ = evidence.runs(name, n_blocks=N_BLOCKS, belt_velocity=20.0, **where)
     escaped = runs["escaped"].astype(bool)
+    require(escaped.size >= LEAST_RUNS, f"{escaped.size} runs at u = 20, {LEAST_RUNS} are needed")
     slipping = states.label_ends(runs) != states.STICK_SLIP
     on_orbit = ~escaped & measure.on_shared_orbits(runs, settle_time)
     note = f"{on_orbit.sum()} of {escaped.size} runs end on stick-slip orbits that several share"
@@ -63,13 +64,6 @@ def _transients(evidence, name, **where):
     slips_on = estimates.share_of(slipping, ~escaped & ~on_orbit)
     judged = {"end in continuous slip": slips_on, f"longer than {printed}, of these": longer}
     return Measurement(judged, note=note)
-
-
-def _at(arrays, **where):
-    chosen = np.all([np.isclose(arrays[name], value) for name, value in where.items()], axis=0)
-    words = ", ".join(f"{name} = {value:g}" for name, value in where.items())
-    require(chosen.sum() >= 4, f"{chosen.sum()} runs with {words}, 4 are needed")
-    return {name: values[chosen] for name, values in arrays.items() if len(values) == len(chosen)}
 
 
 # --- the transition -------------------------------------------------------------------------------
