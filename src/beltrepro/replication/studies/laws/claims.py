@@ -60,7 +60,7 @@ def friction_law(evidence):
 @claim("chain-length")
 def chain_length(evidence):
     """Mean chain length near the belt speeds of the experiment, in metres."""
-    runs = evidence.replicates(5, evidence.claim.parameters["noise"])
+    runs = evidence.row("n5_replicates", 5, evidence.claim.parameters["noise"])
     lengths = {}
     for speed in evidence.claim.parameters["belt_velocity_m_s"]:
         distance = np.abs(runs.belt_velocity - units.from_si(speed, "velocity"))

@@ -156,7 +156,7 @@ def _share_with_lines(stretches):
 
 def region(evidence, low, high):
     """Where the map is intermittent, for laminar phases of some share of the time."""
-    table, quiet = evidence.table("n5_map"), evidence.replicates(5, 0.0)
+    table, quiet = evidence.table("n5_map"), evidence.row("n5_replicates", 5, 0.0)
     mask = intermittent_mask(table.points, (low, high))
     first, second, third, weak, strong = (
         _width(table, mask, *levels) for levels in ((0, 2), (2, 4), (4, 6), (0, 4), (4, 8))
