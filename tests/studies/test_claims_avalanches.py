@@ -175,17 +175,9 @@ def of_laws(size=-1.47, energy=-0.87, *, count=8000, **how):
     return catalogue(sizes, power_law(energy, 1e3, 1e5, count, 1), **how)
 
 
-def with_cutoff(exponent, decay, low, high, size, seed=0):
-    """Values of a power law that falls off as exp(-decay x) besides, by rejection."""
-    values = power_law(exponent, low, high, 40 * size, seed)
-    kept = np.random.default_rng(seed + 1).random(values.size) < np.exp(-decay * (values - low))
-    assert kept.sum() >= size
-    return values[kept][:size]
-
-
-def cut_off(decay=0.02, count=4000):
+def cut_off():
     """Sizes and energies that fall as exponentials."""
-    sizes = with_cutoff(0.0, decay, *EDGES, count)
+    sizes = EDGES[0] + RNG(0).exponential(50.0, 4000)
     return catalogue(sizes, sizes)
 
 

@@ -107,11 +107,11 @@ def test_r_of_periodic_motion_beyond_the_transition_and_below(periodic, low, ver
     assert value == pytest.approx((periodic or 0.075) / 0.13, rel=0.02)
 
 
-def of_large_r(places, label, u, replicates=1):
+def of_large_r(places, label, u):
     return scan_of_laws(
         u,
         lambda place, rng: 0.12 if place in places else falling()(place, rng),
-        replicates=replicates,
+        replicates=1,
         labels=lambda place: label if place in places else "continuous",
     )
 
@@ -258,13 +258,12 @@ def test_runs_that_never_escape_say_nothing_of_the_lifetime():
 # --- continuous slip ------------------------------------------------------------------------------
 
 
-def slipping(u, share, *, duration=1e6, transient=2e5):
+def slipping(u, share):
     """Runs of which this share slips on; the others stick to the end."""
     order = np.random.default_rng(3).permutation(len(u))
     slips = (np.arange(len(u)) < share * len(u))[order]
-    last, laminar = np.where(slips, np.nan, duration), np.where(slips, 1.0, 0.9)
-    how = {"duration": duration, "transient": transient, "laminar_fraction": laminar}
-    return scan(5, u, 0.02, last_stick_time=last, **how)
+    last, laminar = np.where(slips, np.nan, 1e6), np.where(slips, 1.0, 0.9)
+    return scan(5, u, 0.02, last_stick_time=last, laminar_fraction=laminar)
 
 
 ROW, LOW, HIGH = np.linspace(18, 50, 641), np.linspace(18, 36, 109), np.linspace(38, 50, 121)
