@@ -278,12 +278,3 @@ def test_the_error_about_a_line_is_that_of_its_slope():
 )  # fmt: skip
 def test_vectors_are_made_orthonormal_as_often_as_the_fastest_rate_asks(law, times):
     assert times_as_fast(ChainParameters(2, 10.0, **law)) == times
-
-
-def test_slopes_are_those_of_least_squares():
-    growth = np.random.default_rng(2).standard_normal((3, 50, 2))
-    sums = np.concatenate([np.zeros((3, 1, 2)), np.cumsum(growth, axis=1)], axis=1)
-    lines = np.polyfit(np.arange(51), sums.transpose(1, 0, 2).reshape(51, 6), 1)[0]
-    assert slopes(growth) == pytest.approx(lines.reshape(3, 2), rel=1e-9)
-    assert slopes(np.full((1, 1, 1), 0.4)) == pytest.approx(0.4)
-    assert np.isnan(standard_errors(np.full((1, 1, 1), 0.4))).all()

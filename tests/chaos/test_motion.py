@@ -17,7 +17,6 @@ from beltrepro import (
     simulate,
     time_to_orbit,
 )
-from beltrepro.chaos.vectors import slopes, standard_errors
 from beltrepro.stats.motion import (
     CHAOTIC,
     EQUILIBRIUM,
@@ -26,63 +25,10 @@ from beltrepro.stats.motion import (
     QUASI_PERIODIC,
     STABLE_CHAOS,
     TRANSIENT,
-    find_recurrence,
     name_motion,
 )
 
 # --- maps and flows with known answers ---
-
-
-def named(states, growth, **settings):
-    """What a sequence of states (T, D) and rates of growth (T, K) of its vectors is called."""
-    exponents, errors = slopes(growth[None])[0], standard_errors(growth[None])[0]
-    count = len(states)
-    closed = find_recurrence(states, np.arange(count)) is not None
-    settings |= {"exponents": exponents, "standard_error": errors, "time": count, "returns": count}
-    return name_motion(slides=False, closed=closed, n_trivial=0, **settings), exponents, errors
-
-
-def logistic(rate, noise=None, skip=1000, **settings):
-    """Name, exponents and errors of the logistic map, by 5000 steps after some."""
-    state, states, growth = 0.3, [], []
-    for kick in np.zeros(skip + 5000) if noise is None else noise:
-        growth.append([np.log(abs(rate * (1 - 2 * state)) + 1e-300)])
-        state = rate * state * (1 - state) + kick
-        states.append([state])
-    return named(np.array(states[skip:]), np.array(growth[skip:]), **settings)
-
-
-@pytest.mark.parametrize(
-    ("rate", "exponent"), [(4.0 - 1e-12, np.log(2)), (3.7, 0.3552), (3.9, 0.4945)]
-)
-def test_logistic_map_is_chaotic(rate, exponent):
-    name, exponents, errors = logistic(rate)
-    assert name == CHAOTIC
-    assert abs(exponents[0] - exponent) < 4 * errors[0] + 2e-4
-
-
-@pytest.mark.parametrize(
-    ("rate", "noise", "expected"), [(3.5, 1e-5, NOISE_DRIVEN), (3.7, 1e-4, CHAOTIC)]
-)
-def test_noise_leaves_the_exponent_of_a_map_where_it_is(rate, noise, expected):
-    noise = noise * np.random.default_rng(6).standard_normal(6000)
-    name, exponents, errors = logistic(rate, noise, noisy=True)
-    assert name == expected
-    assert exponents[0] == pytest.approx(logistic(rate)[1][0], abs=0.01 + 4 * errors[0])
-
-
-@pytest.mark.parametrize(
-    ("rotation", "expected"), [(0.6180339887498949, QUASI_PERIODIC), (0.5, PERIODIC)]
-)
-def test_circle_map(rotation, expected):
-    """x -> x + rotation - coupling/2pi sin(2pi x), invertible for coupling < 1; on the circle."""
-    turn, coupling = 2 * np.pi, 0.8
-    phase, states, growth = 0.2, [], []
-    for _ in range(20000):
-        growth.append([np.log(1 - coupling * np.cos(turn * phase))])
-        phase += rotation - coupling / turn * np.sin(turn * phase)
-        states.append([np.cos(turn * phase), np.sin(turn * phase)])
-    assert named(np.array(states), np.array(growth))[0] == expected
 
 
 COMMON = {"slides": False, "closed": False, "standard_error": [1e-5, 1e-5], "time": 1e6}

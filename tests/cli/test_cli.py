@@ -235,7 +235,6 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
 @pytest.mark.parametrize(
     ("action", "options", "message"),
     [
-        ("simulat", CHAIN, "command = 'simulat': allowed are simulate, scan, "),
         ("simulat", CHAIN, "; did you mean 'simulate'?"),
         ("simulate", CHAIN | {"transient": 31}, "transient = 31"),
         ("simulate", CHAIN | {"method": "verlet", "tolerance": 1e-8}, "'verlet' has none"),

@@ -90,26 +90,6 @@ def test_one_block_follows_the_closed_form(method, late, error, of_r):
     assert run.disorder_parameter == pytest.approx(disorder, rel=of_r)
 
 
-def test_first_order_convergence_in_the_time_step():
-    """Instant of the first stick, which is found to one step: where in the step it falls decides.
-
-    So root mean squares over 80 steps in each octave; their standard errors of 5 % leave one of
-    0.04 for the order over three octaves.
-    """
-    stretch = 57.0
-    exact = float(spring_extension(71.4, SINGLE)) - stretch + limit_cycle()[0]
-    octaves = 0.00125 * 2 ** (np.arange(320) / 80).reshape(4, 80)
-
-    def error(step):
-        start = {"duration": 10.0, "initial_positions": [50 + stretch], "sample_interval": None}
-        return simulate(SINGLE, time_step=step, **start, method="verlet").events["time"][1] - exact
-
-    errors = [np.sqrt(np.mean([error(step) ** 2 for step in octave])) for octave in octaves]
-    order = np.polyfit(np.arange(4), np.log2(errors), 1)[0]
-    assert order == pytest.approx(1, abs=0.15)
-    assert errors[0] < octaves[0, -1]
-
-
 @kernel
 def fill_law(x, law, columns):
     for i in range(len(x)):

@@ -32,6 +32,8 @@ def test_length_slips_and_laminar_phases(table, runs):
             assert disorder == pytest.approx(length.std() / length.mean(), rel=1e-9)
         extremes = measured["minimum_length"], measured["maximum_length"]
         assert extremes == pytest.approx((length.min(), length.max()), rel=1e-12)
+        for name in ("mean_wall_tension", "sum_rule_residual"):
+            assert measured[name] == getattr(run, name)
 
         events, n_blocks = run.events, run.parameters.n_blocks
         late = (events["kind"] == "slip") & (events["time"] >= TRANSIENT)

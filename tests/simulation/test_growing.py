@@ -249,21 +249,24 @@ def test_joined_results_have_each_run_once(tmp_path):
 def test_a_continued_scan_has_the_bits_of_a_long_one(method, tmp_path):
     chains = [ChainParameters(2, 5.0, 1.0), GOOD, ChainParameters(5, 10.0, 1.0)]
     settings = {"method": method, "replicate": [3, 0, 1]}
-    first = scan(chains, duration=250.0, **settings)
+    section = {"section_position": [180.0, 600.0, 600.0]}
+    first = scan(chains, duration=250.0, **settings, **section)
     first.save(tmp_path / "first.h5")
-    whole = scan(chains, duration=500.0, **settings)
+    whole = scan(chains, duration=500.0, **settings, **section)
+    assert whole["section_count"].min() > 5
     runs = simulate(chains, duration=500.0, sample_interval=None, **settings)
     assert whole.final_states == [run.final_state for run in runs]
     for states in (first.final_states, Results.load(tmp_path / "first.h5").final_states):
         assert states == first.final_states
-        later = scan(chains, duration=250.0, method=method, initial_state=states)
+        later = scan(chains, duration=250.0, method=method, initial_state=states, **section)
         assert later.final_states == whole.final_states
         assert later["replicate"].tolist() == [3, 0, 1]
         for name in ("last_stick_time", "energy_residual"):
             np.testing.assert_array_equal(later[name], whole[name])
-        np.testing.assert_array_equal(
-            later["slip_count"] + first["slip_count"], whole["slip_count"]
-        )
+        for name in ("slip_count", "section_count"):
+            np.testing.assert_array_equal(later[name] + first[name], whole[name])
+        mean = (later["mean_length"] + first["mean_length"]) / 2
+        np.testing.assert_allclose(mean, whole["mean_length"], rtol=1e-12)
 
 
 def test_a_grid_has_the_replicates_that_are_named():

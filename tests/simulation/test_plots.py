@@ -278,16 +278,5 @@ def test_a_branch_is_dashed_where_it_does_not_attract(axes):
 # --- words ----------------------------------------------------------------------------------------
 
 
-def test_symbols_are_those_of_the_paper_and_units_those_of_the_model():
-    labels = {
-        "n_blocks": "$N$", "static_friction": "$F_{st0}$ (model force)",
-        "linear_limit": r"$\Delta l_{max}$ (model length)",
-        "viscosity": r"$\eta$ (model viscosity)",
-        "laminar_fraction": "laminar fraction",
-        "largest_exponent": "largest exponent (1 / model time)",
-    }  # fmt: skip
-    assert {name: artists.label_of(name) for name in labels} == labels
-
-
 def test_a_short_name_of_a_property_is_known(results):
     assert results.plot(lw=3.0).lines[0].get_linewidth() == 3.0

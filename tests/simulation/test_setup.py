@@ -136,12 +136,12 @@ def columns_of(outcome, chain):
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("function", [scan, catalogue, classify, lyapunov_spectrum, time_to_orbit])
+@pytest.mark.parametrize("function", list(FUNCTIONS)[1:], ids=lambda one: one.__name__)
 def test_each_size_is_measured_as_if_alone(function):
     """Chains of one size do not stand together; what shorter ones lack is NaN, or 0 of counts."""
     sizes = ((2, 15.0), (5, 20.0), (1, 5.0), (3, 15.0, 1.0), (5, 12.0))
     chains = [ChainParameters(*values) for values in sizes]
-    told = {"duration": 1500.0} if function is time_to_orbit else SHORT | {"duration": 160.0}
+    told = FUNCTIONS[function] | {"duration": 1500.0 if function is time_to_orbit else 160.0}
     each = {"replicate": [1, 2, 3, 4, 5], "initial_spread": [1.0, 2.0, 0.5, 0.0, 0.3]}
     if function in (scan, catalogue):
         each["section_position"] = [120.0, 610.0, 80.0, 190.0, 560.0]
@@ -153,20 +153,6 @@ def test_each_size_is_measured_as_if_alone(function):
             here, rest = np.split(here, [expected.shape[-1]], axis=-1)
             np.testing.assert_array_equal(here, expected)
             assert rest.size == 0 or np.all(np.isnan(rest) if rest.dtype.kind == "f" else rest == 0)
-
-
-@pytest.mark.parametrize("method", ["event", "verlet"])
-def test_fewer_samples_are_some_of_the_others_and_r_is_hardly_another(method):
-    lengths = {"duration": 240.0, "transient": 40.0, "method": method}
-    whole = simulate(ChainParameters(3, 12.0), **lengths)
-    for every in (4, 16, 30, None):
-        interval = every and every * 0.1
-        few = simulate(ChainParameters(3, 12.0), sample_interval=interval, **lengths)
-        assert few.disorder_parameter == pytest.approx(whole.disorder_parameter, rel=2e-3)
-        assert few.mean_length == pytest.approx(whole.mean_length, rel=2e-4)
-        for name in ("time", "positions", "velocities", "friction") if every else ():
-            expected = getattr(whole, name)[::every]
-            np.testing.assert_allclose(getattr(few, name), expected, rtol=0, atol=1e-6)
 
 
 def test_one_chain_with_sequences_is_simulated_for_each_of_their_values():
@@ -325,11 +311,7 @@ def test_a_laminar_phase_is_longer_than_the_slips_of_heavy_blocks():
             time_to_continuous_slip(chain, duration=2.0)
 
 
-def test_vectors_of_shorter_chains_end_with_nan():
-    rates = time_to_continuous_slip(CHAINS, duration=60.0)["final_stick_rate"]
-    assert np.isnan(rates).tolist() == [[False] * 3, [False, True, True], [False, False, True]]
-    exponents = lyapunov_spectrum(CHAINS, duration=60.0)["exponents"]
-    assert np.isnan(exponents).sum(axis=1).tolist() == [0, 4, 2]
+def test_few_exponents_of_a_shorter_chain_end_with_nan():
     few = lyapunov_spectrum(CHAINS, duration=60.0, n_exponents=3)["exponents"]
     assert np.isnan(few).sum(axis=1).tolist() == [0, 1, 0]
 
@@ -425,17 +407,11 @@ LATER, STEPS = {"initial_state": STATE}, {"method": "verlet"}
 @pytest.mark.parametrize(
     ("chains", "options", "words"),
     [
-        ([], {}, "chains = []: a ChainParameters, or a sequence of at least one"),
-        ([CHAIN, 3], {}, "a ChainParameters, or a sequence"),
         (Setup(CHAIN), {"seed": 3}, "seed: not together with a Setup"),
         (Grid(2, 5.0), {"replicate": 1}, "replicate: not together with a Grid"),
         (Grid([2, 3], 5.0), {"seed": [1, 2, 3]}, "seed of length 3: one value for all chains"),
-        (CHAIN, {"replicate": []}, "replicate is empty: at least one value is needed"),
         (CHAIN, {"seed": [1, 2], "replicate": [1, 2, 3]}, "replicate of length 3: one value for"),
-        (CHAIN, {"metod": "event"}, "simulate has no argument 'metod'; did you mean 'method'?"),
         (CHAIN, {"initial_spread": 1e3, "replicate": 3}, "on the wrong side of each other"),
-        (CHAIN, {"initial_positions": [60.0, 55.0]}, "must be positive and increasing"),
-        (NOISY, {"initial_positions": [50.0, 100.0]}, "3 numbers are needed"),
         (NOISY, {"initial_state": STATE}, "initial_state of 2 blocks: a chain of n_blocks = 3"),
         (CHAIN, LATER | {"initial_positions": [60.0, 110.0]}, "initial_positions: not together"),
         (CHAIN, LATER | {"initial_spread": 0.1}, "initial_spread: not together with initial_state"),
@@ -476,13 +452,10 @@ def test_what_each_function_is_told_at_the_ends_of_its_range(function, allowed, 
 @pytest.mark.parametrize(
     ("axes", "words"),
     [
-        ({"n_blocks": []}, "n_blocks is empty"),
         ({"replicates": 0}, "replicates: makes 0 points, allowed are 1 to 1000000"),
         ({"noise": np.linspace(0, 1, 1001), "replicates": 1000}, "noise: makes 1001000 points"),
-        ({"belt_velocity": [5.0, -1.0]}, "belt_velocity = -1: must be greater than 0"),
-        ({"friction": 0.3}, "no argument 'friction'; did you mean 'friction_ratio'?"),
     ],
 )
 def test_a_grid_that_cannot_be_is_one_line(axes, words):
-    with pytest.raises(InputError, match=words.replace("?", r"\?")):
+    with pytest.raises(InputError, match=words):
         Grid(**{"n_blocks": 2, "belt_velocity": 5.0} | axes)

@@ -96,23 +96,6 @@ def test_cut_elsewhere_equals_uncut_to_rounding(method, noise, cut):
     np.testing.assert_allclose(kinds["time"], whole.events["time"], rtol=0, atol=tolerance)
 
 
-def test_what_is_measured_of_the_pieces_adds_up():
-    chain, options = ChainParameters(5, 20.0, 1.0), {"transient": 0.0, "section_position": 600.0}
-    whole = scan(chain, duration=500, **options)
-    state = simulate(chain, duration=250).final_state
-    parts = [scan(chain, duration=250, initial_state=s, **options) for s in (None, state)]
-    for name in ("section_count", "slip_count"):
-        np.testing.assert_array_equal(sum(part[name] for part in parts), whole[name])
-    assert whole["section_count"][0] > 10
-    crossings = [part["section_velocity"][0, : part["section_count"][0]] for part in parts]
-    kept = whole["section_velocity"][0, : whole["section_count"][0]]
-    np.testing.assert_array_equal(np.concatenate(crossings), kept)
-    for name in ("last_stick_time", "energy_residual"):
-        assert parts[1][name] == whole[name]
-    mean = np.mean([part["mean_length"] for part in parts])
-    assert mean == pytest.approx(whole["mean_length"][0], rel=1e-13)
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_a_transient_counts_from_the_state(method):
     chain = ChainParameters(3, 12.0)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, scan, simulate
+from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.model.spring import chain_deformations, spring_force
 
 KINETIC = 71.4 * 0.45
@@ -64,11 +64,3 @@ def test_wrong_friction_is_seen_where_the_energy_closes():
 def test_a_share_of_no_friction_is_not_a_number():
     run = simulate(ChainParameters(2, 5.0, friction_ratio=0.0), duration=20, transient=10)
     assert np.isnan(run.sum_rule_residual) and run.mean_wall_tension > 0
-
-
-def test_a_scan_tells_the_same():
-    chains = [ChainParameters(5, 20.0), ChainParameters(2, 7.0), ChainParameters(5, 30.0)]
-    table = scan(chains, duration=100, transient=20)
-    runs = simulate(chains, duration=100, transient=20)
-    for name in ("mean_wall_tension", "sum_rule_residual"):
-        assert table[name].tolist() == [getattr(run, name) for run in runs]

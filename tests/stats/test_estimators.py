@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import samples
-from beltrepro import ChainParameters, ChainValues, density, simulate
+from beltrepro import ChainValues, density
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.studies.avalanches import measure as avalanches
 from beltrepro.stats import power_law, sections, spectra, states
@@ -51,20 +51,6 @@ def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
 
 
 # --- spectra and densities ------------------------------------------------------------------------
-
-
-def test_a_periodogram_is_the_square_of_the_fourier_transform():
-    values = RNG(4).standard_normal(64) + 3
-    frequency, power = spectra.power_spectrum(values, 0.25)
-    window = np.sin(np.pi * np.arange(64) / 64) ** 2
-    transform = np.fft.rfft((values - values.mean()) * window)[1:]
-    expected = np.abs(transform) ** 2 * 0.25 / np.sum(window**2) * np.array([*[2] * 31, 1])
-    np.testing.assert_allclose(frequency, np.arange(1, 33) / 16)
-    np.testing.assert_allclose(power, expected)
-    assert spectra.power_spectrum(values, 0.25, segment=16)[0].tolist() == list(np.arange(1, 9) / 4)
-    assert spectra.power_spectrum(values[:16], 1.0, segment=99)[0].size == 8
-    with pytest.raises(NotEnoughDataError, match="15 samples, a spectrum needs 16"):
-        spectra.power_spectrum(values[:15], 1.0)
 
 
 def test_lines_are_found_between_the_frequencies_of_the_spectrum():
@@ -239,13 +225,6 @@ def logistic(rate, size):
     return samples.orbit(samples.logistic(rate), 0.3, size, skip=2000)[:, 0]
 
 
-def test_periods_of_maps():
-    """Of the logistic map, and of a rotation that never comes back."""
-    for rate, period in ((2.8, 1), (3.2, 2), (3.5, 4), (3.83, 3), (3.55, 8), (4.0, 0)):
-        assert sections.find_period(1000 * np.round(logistic(rate, 120), 4)) == period
-    assert sections.find_period(10 * ROTATION) == 0
-
-
 def test_the_0_1_test_tells_chaos_from_regular_motion():
     assert sections.zero_one_test(logistic(4.0, 400)) > 0.9
     assert sections.zero_one_test(logistic(3.97, 400)) > 0.8
@@ -274,13 +253,6 @@ def coloured_noise(slope, size, seed=1):
     amplitude[1:] = frequency[1:] ** (slope / 2)
     phase = np.exp(2j * np.pi * rng.random(frequency.size))
     return np.fft.irfft(amplitude * phase, size)
-
-
-@pytest.mark.parametrize("slope", [0.0, -1.2, -2.0])
-def test_the_slope_of_a_spectrum_is_recovered(slope):
-    frequency, power = spectra.power_spectrum(coloured_noise(slope, 2**15), 0.1)
-    fit = spectra.fit_power_law(frequency, power, low=0.01, high=3)
-    assert fit.exponent == pytest.approx(slope, abs=0.05)
 
 
 def exponent(values, low=0.01):
@@ -324,42 +296,3 @@ def test_what_rests_has_no_spectrum_of_its_rounding():
         assert not spectra.power_spectrum(values, 1.0)[1].any()
         with pytest.raises(NotEnoughDataError, match=r"0 points between 0\.01 and 0\.3"):
             exponent(values)
-
-
-@pytest.mark.thorough
-def test_the_interval_of_one_run_holds_the_mean_of_others():
-    """A chain that switches between two kinds of motion, as no interval of one kind allows."""
-    chain = ChainParameters(3, 10.0, 1.0, mass=(1, 3, 1), linear_limit=np.inf)
-    runs = simulate(
-        [chain] * 72, replicate=range(72), duration=21_000, transient=1000, sample_interval=1.0
-    )
-    series = [run.positions[run.time >= 1000, -1] for run in runs]
-    numbers = [exponent(values, low=0.03) for values in series[:8]]
-    laws = [
-        spectra.fit_power_law(*spectra.power_spectrum(values, 1.0), low=0.03, high=0.3)
-        for values in series[8:]
-    ]
-    others = np.mean([law.exponent for law in laws])
-    assert sum(number.low <= others <= number.high for number in numbers) >= 7
-
-
-@pytest.mark.parametrize("exponent", [-0.87, -1.47, -2.5])
-def test_power_law_exponents_are_recovered_over_less_than_a_decade(exponent):
-    values = samples.power_law(exponent, 10**1.8, 10**2.6, 20_000)  # edges of bins
-    line = histogram(values, bins_per_decade=20).law()
-    assert line.exponent.value == pytest.approx(exponent, abs=0.1)
-
-
-def test_errors_of_a_density_come_from_the_scatter_of_runs():
-    """Values of one run hang together: the error is that of the number of runs, not of values."""
-    rng = np.random.default_rng(11)
-    n_runs, values_a_run = 40, 50
-    results = []
-    for _ in range(200):
-        place = np.repeat(rng.random(n_runs) < 0.3, values_a_run)
-        values = np.where(place, 2.0, 30.0)
-        run = np.repeat(np.arange(n_runs), values_a_run)
-        made = histogram(values, run)
-        results.append((made.density[0], made.error[0]))
-    densities, errors = np.array(results).T
-    assert errors.mean() == pytest.approx(densities.std(), rel=0.1)

@@ -150,15 +150,6 @@ def test_ends_at_the_very_start_say_nothing_of_the_shape():
     assert survival.weibull_test(*with_others) == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.slow
-def test_exponential_lifetimes_are_rejected_in_5_of_100():
-    rng = RNG(5)
-    lifetimes = (followed(rng.exponential(1, 50), 1.5) for _ in range(400))
-    p, shapes = np.transpose([survival.weibull_test(*runs) for runs in lifetimes])
-    assert within(np.sum(p < survival.LEVEL), 400, 0.05)
-    assert np.mean(shapes) == pytest.approx(1, abs=0.1)
-
-
 # --- verdict --------------------------------------------------------------------------------------
 
 

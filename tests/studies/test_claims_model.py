@@ -1,7 +1,6 @@
 """Claims on the model and its scheme: forces, series and paths with a known answer."""
 
 import math
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -178,22 +177,20 @@ def test_the_time_in_which_no_blocks_collided_bounds_how_rare_that_is(
 # --- the order of the scheme ----------------------------------------------------------------------
 
 
-def paths(order, *, n_blocks=5, belt_velocity=20.0, starts=8, events=30, scatter=0.2):
+def paths(order, *, starts=8, scatter=0.2):
     """Paths by both methods: an error of an order in dt after each event, different by start."""
     rng = np.random.default_rng(1)
     time = 0.5 * np.arange(100)
-    law = {field.name: getattr(ChainParameters(n_blocks, belt_velocity), field.name)
-           for field in fields(ChainParameters)}  # fmt: skip
     kinds = [("point", "i4"), ("time", "f8"), ("block", "i4"), ("kind", "U5")]
 
     def dataset(steps, errors):
         size = starts * len(steps)
-        arrays = {name: np.full(size, value) for name, value in law.items()}
+        arrays = {"n_blocks": np.full(size, 5), "belt_velocity": np.full(size, 20.0)}
         arrays["replicate"] = np.tile(np.arange(starts), len(steps))
         arrays["time_step"] = np.repeat(steps, starts)
         arrays["time"] = time
-        arrays["positions"] = errors[:, None, None] * np.ones((1, time.size, n_blocks))
-        rows = [(row, 1.2 * number, 1, "slip") for row in range(size) for number in range(events)]
+        arrays["positions"] = errors[:, None, None] * np.ones((1, time.size, 5))
+        rows = [(row, 1.2 * number, 1, "slip") for row in range(size) for number in range(30)]
         arrays["events"] = np.array(rows, dtype=kinds)
         return Dataset(arrays, {})
 

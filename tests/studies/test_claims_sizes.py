@@ -45,7 +45,11 @@ def rows_and_runs(edges=(), **options):
     """One run at each u of a fine grid, and independent runs."""
     row = falling_runs(edges, u=np.arange(6.05, 50, 0.1), replicates=1, **options)
     runs = falling_runs(edges, **options)
-    return {"n5_density": row, "size_density": row, "n5_replicates": runs}
+    return {"n5_density": row, "size_density": row} | by_size(runs)
+
+
+def by_size(runs):
+    return dict.fromkeys(("n5_replicates", "size_replicates"), runs)
 
 
 @pytest.mark.parametrize(
@@ -140,7 +144,7 @@ def chaos_from(letters, **options):
     u = np.concatenate([np.linspace(1, 12, 60), np.linspace(50, 60, 10)])
     runs = {n: motion + "p" * 10 for n, motion in zip(SIZES, letters, strict=True)}
     motions = motion_map(runs, u=u, **options)
-    return {"motion_map": motions, "n5_replicates": falling_runs(noise=0.0)}
+    return {"motion_map": motions} | by_size(falling_runs(noise=0.0))
 
 
 DOMINANT = ("c" * 45 + "p" * 15, "c" * 52 + "p" * 8, "c" * 56 + "p" * 4, "c" * 60)
@@ -172,8 +176,7 @@ def test_chaos_by_the_look_of_the_diagram_is_of_the_scheme_below_the_transition(
             0.1,
             section_histogram=np.tile(band, (3, 1)),
         ),
-        "n5_replicates": falling_runs(noise=0.0),
-    }
+    } | by_size(falling_runs(noise=0.0))
     numbers = measured("chaos-from-n5", **made)
     assert numbers.judged["chaotic, N = 5"].value == pytest.approx(0.5, abs=0.03)
     assert numbers.judged["chaotic, N = 10"].value == 1.0
@@ -257,7 +260,7 @@ def test_rises_beyond_the_fall_of_each_n(low, verdict):
     for n, r in zip(SIZES, low, strict=True):
         quiet.arrays["disorder_parameter"][(sizes == n) & (u >= sum(PRINTED[n]) / 2)] = r
     noisy = falling_runs(noise=5.0, low=0.129, u=np.arange(6, 50, 0.1), replicates=1)
-    runs = {"n5_replicates": quiet, "n5_density": noisy, "size_density": noisy}
+    runs = by_size(quiet) | {"n5_density": noisy, "size_density": noisy}
     assert grades("r-of-sigma-size", "robust", **runs)[""] == verdict
     rise = measured("r-of-sigma-size", "beyond each fall", **runs).also["N = 6"]
     assert rise.value == pytest.approx(np.log(0.129 / low[1]), abs=0.1)
@@ -295,7 +298,7 @@ def noisy_and_quiet(effects, *, scatter=0.05, count=8, seed=1, beyond=0.0):
 )
 def test_the_effect_of_noise_against_n(effects, verdict):
     made = noisy_and_quiet(effects, beyond=2.0)  # u = 40 is not asked
-    assert both("noise-less-relevant", n5_replicates=made) == (verdict, verdict)
+    assert both("noise-less-relevant", **by_size(made)) == (verdict, verdict)
 
 
 def test_the_scatter_of_the_runs_is_no_effect_of_noise():

@@ -113,11 +113,10 @@ def rising(noise, centre, width, *, low=0.06, high=0.13):
     return low + (high - low) * np.clip((noise - centre + width / 2) / width, 0, 1)
 
 
-def u7(centre, *, width=0.2, scatter=0.002, without=0.06):
+def u7(centre):
     noise = np.repeat(np.arange(0, 2.01, 0.1), 8)
     rng = np.random.default_rng(2)
-    disorder = np.where(noise > 0, rising(noise, centre, width), without)
-    disorder = disorder + scatter * rng.standard_normal(noise.size)
+    disorder = rising(noise, centre, 0.2) + 0.002 * rng.standard_normal(noise.size)
     return table(np.column_stack([np.full(noise.size, 7.0), noise]), disorder)
 
 

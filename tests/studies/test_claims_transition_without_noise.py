@@ -107,11 +107,11 @@ def test_r_of_periodic_motion_beyond_the_transition_and_below(periodic, low, ver
     assert value == pytest.approx((periodic or 0.075) / 0.13, rel=0.02)
 
 
-def of_large_r(places, label, u, replicates=1):
+def of_large_r(places, label, u):
     return scan_of_laws(
         u,
         lambda place, rng: 0.12 if place in places else falling()(place, rng),
-        replicates=replicates,
+        replicates=1,
         labels=lambda place: label if place in places else "continuous",
     )
 
@@ -161,16 +161,15 @@ def test_whether_large_r_is_the_rule_beyond_the_transition(share, settles, verdi
     ],
 )
 def test_transients_at_u20(counts, verdicts):
-    runs = escapes(*counts)["lifetimes"]
+    runs = escapes(*counts)
     made = {"lifetimes_wide": runs, "n5_rows": scan_of_laws([20], falling(), replicates=1)}
-    exact = Dataset(dict(runs.arrays), runs.attributes)
     size = sum(counts)
     # the same runs as exact ones, and others that must not count
     points = {"initial_spread": np.array([1.0, 0.001]), "time_step": np.array([0.001, 0.001])}
-    arrays = {name: np.concatenate([values, values]) for name, values in exact.arrays.items()}
+    arrays = {name: np.concatenate([values, values]) for name, values in runs.arrays.items()}
     arrays["escaped"][size:] = ~arrays["escaped"][size:]
     arrays |= {name: np.repeat(values, size) for name, values in points.items()}
-    made["pairs_states_event"] = Dataset(arrays, exact.attributes)
+    made["pairs_states_event"] = Dataset(arrays, runs.attributes)
     assert both("u20-transient", **made) == verdicts
     numbers = measured("u20-transient", **made).numbers
     assert numbers["r from the declared start"].value == pytest.approx(0.02, abs=0.01)
@@ -259,13 +258,12 @@ def test_runs_that_never_escape_say_nothing_of_the_lifetime():
 # --- continuous slip ------------------------------------------------------------------------------
 
 
-def slipping(u, share, *, duration=1e6, transient=2e5):
+def slipping(u, share):
     """Runs of which this share slips on; the others stick to the end."""
     order = np.random.default_rng(3).permutation(len(u))
     slips = (np.arange(len(u)) < share * len(u))[order]
-    last, laminar = np.where(slips, np.nan, duration), np.where(slips, 1.0, 0.9)
-    how = {"duration": duration, "transient": transient, "laminar_fraction": laminar}
-    return scan(5, u, 0.02, last_stick_time=last, **how)
+    last, laminar = np.where(slips, np.nan, 1e6), np.where(slips, 1.0, 0.9)
+    return scan(5, u, 0.02, last_stick_time=last, laminar_fraction=laminar)
 
 
 ROW, LOW, HIGH = np.linspace(18, 50, 641), np.linspace(18, 36, 109), np.linspace(38, 50, 121)

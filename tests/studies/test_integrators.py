@@ -114,13 +114,6 @@ def test_the_log_rank_test_by_hand():
     assert row["p"] == pytest.approx(p)
 
 
-@pytest.mark.thorough
-def test_shares_are_rejected_at_the_stated_rate():
-    labels = RNG(1).choice(ATTRACTORS, (300, 2, 40), p=(0.7, 0.25, 0.05))
-    rate = np.mean([integrators.compare_labels(*pair)["p"] <= 0.05 for pair in labels])
-    assert rate < 0.05 + 4 * np.sqrt(0.05 * 0.95 / 300)
-
-
 # --- many tests -----------------------------------------------------------------------------------
 
 

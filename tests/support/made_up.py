@@ -1,5 +1,6 @@
 """Verdicts of claims on made-up runs: datasets whose answers are known."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from beltrepro.base.store import Dataset
 from beltrepro.replication.studies import every_claim  # noqa: F401 registers the claims
 from beltrepro.replication.verdicts.criteria import QUESTIONS, judge
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.replication.verdicts.ledger import load_ledger, readings_of
+from beltrepro.replication.verdicts.ledger import REGISTRY, load_ledger
 from beltrepro.stats import estimates
 from beltrepro.stats.motion import CHAOTIC, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, TRANSIENT
 
@@ -45,8 +46,7 @@ def readings(name, datasets=None, settings=SETTINGS):
     """Functions of a claim by reading, the first one of `replicated` first."""
     evidence = Evidence(datasets or {}, settings)
     evidence.start(LEDGER[name])
-    measurement = readings_of(name, evidence)
-    return measurement if isinstance(measurement, dict) else {"": lambda: measurement}
+    return {reading: partial(of, evidence) for reading, of in REGISTRY[name].items()}
 
 
 def measured(name, reading=None, /, settings=SETTINGS, **datasets):
@@ -69,15 +69,6 @@ def both(name, /, settings=SETTINGS, **datasets):
     return tuple(grades(name, q, settings=settings, **datasets)[""] for q in QUESTIONS)
 
 
-def columns(**arrays):
-    """Arrays of one length; single values are repeated."""
-    size = max(np.size(values) for values in arrays.values())
-    return {
-        name: np.array(values) if np.ndim(values) else np.full(size, values)
-        for name, values in arrays.items()
-    }
-
-
 def scan_of_laws(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.0):
     """Rows of a scan: r(u) by a function of u and a random stream, states by one of u."""
     rng = np.random.default_rng(0)
@@ -86,46 +77,37 @@ def scan_of_laws(belt_velocity, disorder, *, replicates=8, labels=None, noise=0.
     velocity = _irregular(u.size)
     velocity[named == "periodic"] = np.tile([5.0, 9.0], 50)
     velocity[named == "continuous"] = np.nan
-    made = scan(
-        5,
-        u,
-        np.array([disorder(one, rng) for one in u]),
-        noise=noise,
-        transient=1e5,
-        duration=2e5,
-        laminar_fraction=np.where(named == "continuous", 1.0, 0.0),
-        laminar_count=0,
-        last_stick_time=np.where(named == "continuous", 0.0, 2e5),
-        section_velocity=velocity,
-    )
-    made.arrays["replicate"] = np.tile(np.arange(1, replicates + 1), u.size // replicates)
-    return made
+    others = {
+        "replicate": np.tile(np.arange(1, replicates + 1), u.size // replicates),
+        "laminar_fraction": np.where(named == "continuous", 1.0, 0.0),
+        "laminar_count": 0,
+        "last_stick_time": np.where(named == "continuous", 0.0, 2e5),
+        "section_velocity": velocity,
+    }
+    r = np.array([disorder(one, rng) for one in u])
+    return scan(5, u, r, noise=noise, transient=1e5, duration=2e5, **others)
 
 
-def escapes(short, long, on_orbit, chaotic, *, duration=1e4, u=20.0):
+def escapes(short, long, on_orbit, chaotic):
     """Runs that escape before and after 4000, end on stick-slip orbits, or are chaotic still."""
     rng = np.random.default_rng(5)
-    size = short + long + on_orbit + chaotic
-    kept = short + long
-    reach = np.r_[np.full(kept, 30.0), np.full(on_orbit, 350.0), rng.uniform(300, 400, chaotic)]
+    counts = [short, long, on_orbit, chaotic]
+    size, kept = sum(counts), short + long
     rates = np.full((size, 5), 0.1)
     rates[kept + on_orbit :] += 0.02 * rng.random((chaotic, 5))
     rates[:kept, -1] = 0
-    arrays = columns(
-        n_blocks=np.full(size, 5),
-        belt_velocity=u,
-        lifetime=np.r_[
-            np.full(short, 900.0), np.full(long, 6000.0), np.full(on_orbit + chaotic, duration)
-        ],
-        escaped=np.arange(size) < kept,
-        final_disorder=np.where(np.arange(size) < kept, 0.02, 0.12),
-        final_amplitude=reach,
-    )
-    return {
-        "lifetimes": Dataset(
-            arrays | {"final_stick_rate": rates}, {"duration": duration, "settle_time": 2000.0}
-        )
+    reach = np.repeat([30.0, 30.0, 350.0, 350.0], counts)
+    reach[kept + on_orbit :] += rng.uniform(-50, 50, chaotic)
+    arrays = {
+        "n_blocks": np.full(size, 5),
+        "belt_velocity": np.full(size, 20.0),
+        "lifetime": np.repeat([900.0, 6000.0, 1e4, 1e4], counts),
+        "escaped": np.arange(size) < kept,
+        "final_disorder": np.repeat([0.02, 0.02, 0.12, 0.12], counts),
+        "final_amplitude": reach,
+        "final_stick_rate": rates,
     }
+    return Dataset(arrays, {"duration": 1e4, "settle_time": 2000.0})
 
 
 def _irregular(count, size=100):
@@ -153,7 +135,7 @@ def falling(u, centre, width):
 
 def replicates(
     critical, *, noises=NOISES, velocities=VELOCITIES, replicates=8, width=3.0, scatter=0.003,
-    windows=None, laminar=None, seed=1, **lengths,
+    windows=None, laminar=None, seed=1,
 ):  # fmt: skip
     """Scan with independent runs at each point.
 
@@ -178,21 +160,15 @@ def replicates(
     alternating = np.zeros(u.size, dtype=bool)
     if laminar is not None:
         alternating = rng.random(u.size) < [laminar(*one) for one in points[:, :2]]
-    arrays = {
-        "n_blocks": np.full(u.size, 5),
-        "belt_velocity": u,
-        "noise": noise,
+    others = {
         "replicate": replicate.astype(int),
-        "disorder_parameter": np.where(periodic, 0.6 * disorder, disorder),
-        "mean_length": np.full(u.size, 600.0),
+        "mean_length": 600.0,
         "section_velocity": velocity,
         "laminar_fraction": np.where(alternating, 0.4 + 0.1 * rng.random(u.size), 0.0),
         "laminar_count": np.where(alternating, 9, 0),
-        "laminar_longest": np.where(alternating, 900.0, 0.0),
     }
-    attributes = {"transient": 2e5, "duration": 1e6} | lengths
-    arrays["last_stick_time"] = np.full(u.size, attributes["duration"])
-    return Dataset(arrays, attributes)
+    r = np.where(periodic, 0.6 * disorder, disorder)
+    return scan(5, u, r, noise=noise, **others)
 
 
 def table(points, disorder, **others):
@@ -269,7 +245,7 @@ def scan(
         values = np.asarray(values)
         if values.ndim and len(values) * replicates == size:
             return np.repeat(values, replicates, axis=0)
-        return np.broadcast_to(values, (size, *values.shape[1:])) if not values.ndim else values
+        return values if values.ndim else np.full(size, values)
 
     passed = {"n_blocks": n_blocks, "noise": noise, "disorder_parameter": disorder}
     passed |= {"last_stick_time": float(duration), **others}

@@ -1,25 +1,18 @@
 """Runs computed anew in plain Python: whether their samples obey the law, with no kernel's help.
 
 The energy balance of a run closes just as well with wrong events, since friction takes whatever it
-takes. Here the motion is computed anew over some pieces, with its events (without noise); friction
-must brake every block, and hold every stuck one; and noise must change momentum as it should.
+takes. Here the motion is computed anew over some pieces, with its events (without noise); and
+friction must brake every block, and hold every stuck one.
 """
 
 import numpy as np
 import scipy
 
-from beltrepro.engine.event import NOISE_CELL
 from beltrepro.model.friction import kinetic_friction, next_direction
 from beltrepro.model.spring import external_force
 
 _STEP = 5e-3  # of the motion computed anew, model time
 _LENGTH = 2.0  # of a piece
-_WINDOW = 4 * NOISE_CELL  # over which momentum is summed, model time
-# Share of a cell of the noise that is missing at the ends of a window of "event": at s h the
-# variance of its momentum is q h (s^2 + 3 s^2 (1-s)^2), on average 13/30 q h and not q h / 2.
-_LOST = 2 / 15
-# of an interval: where momentum follows from positions between the samples, by Gauss and Legendre
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 def wrong_way(run):
@@ -68,44 +61,6 @@ def motion(positions, velocities, duration, parameters):
         positions, velocities = place, speed
         time += step
     return positions, velocities
-
-
-def noise_ratio(run):
-    """Variance of what noise does to the momentum of slipping blocks, over what it should be.
-
-    It is summed over windows in which a block slips one way. Its variance should be f_s^2 sigma^2
-    dt for a unit of time; "event" lacks some at the ends of a window. With the error of the ratio.
-    """
-    chain, interval = run.parameters, float(run.time[1] - run.time[0])
-    power = (chain.friction_ratio * chain.noise) ** 2 * run.time_step
-    count = round(_WINDOW / interval)
-    relative = run.velocities - chain.belt_velocity
-    direction = np.sign(relative)
-    gained = np.diff(run.velocities, axis=0)
-    gained -= _impulses(run.positions, run.velocities, interval, chain)
-    gained += direction[:-1] * kinetic_friction(chain, relative[:-1]) * interval
-    sums = [
-        gained[first : first + count, block].sum()
-        for block in range(chain.n_blocks)
-        for first in range(0, len(gained) - count + 1, count)
-        if abs(direction[first : first + count + 1, block].sum()) == count + 1
-    ]
-    lost = _LOST * NOISE_CELL if run.method == "event" else 0.0
-    ratio = np.mean(np.square(sums)) / (power * (count * interval - lost))
-    return ratio, ratio * np.sqrt(2 / len(sums))
-
-
-def _impulses(positions, velocities, interval, parameters):
-    """Integral of F_ex over each interval between samples (T-1, N), on Hermite's cubics."""
-    total = np.zeros_like(positions[1:])
-    rise = np.diff(positions, axis=0)
-    before, after = velocities[:-1] * interval, velocities[1:] * interval
-    for node, weight in zip((_NODES + 1) / 2, _WEIGHTS / 2, strict=True):
-        rest = 1 - node
-        place = positions[:-1] + rise * (node**2 * (3 - 2 * node))
-        place += node * rest * (rest * before - node * after)
-        total += weight * external_force(place, parameters)
-    return total * interval
 
 
 def _moved(positions, velocities, direction, step, parameters):

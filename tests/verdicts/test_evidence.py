@@ -33,12 +33,6 @@ def test_a_row_is_that_of_its_noise_in_order(noise, place):
     assert row.fall["critical"].value == pytest.approx(place, abs=0.1)
 
 
-def test_a_column_is_that_of_its_belt_velocity():
-    column = Cut.of(scan(), n_blocks=5, belt_velocity=20.0)
-    assert column.noise.tolist() == [0.0] * 4 + [1.5] * 4 and set(column.belt_velocity) == {20.0}
-    assert column.disorder.tolist() == [0.01] * 4 + [0.1] * 4
-
-
 def test_runs_at_several_velocities_count_as_many_at_each():
     velocity = np.repeat([1.0, 5, 9, 12], [4, 9, 2, 6])
     row = Cut({"belt_velocity": velocity}, 1e5, 2e5)

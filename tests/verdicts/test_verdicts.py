@@ -130,17 +130,18 @@ def claim(**change):
     return Claim(**settings | change)
 
 
-def tables_of(monkeypatch, outcome, used=(), **change):
-    """Row and estimates of a claim whose function returns or raises this."""
+def tables_of(monkeypatch, readings, **change):
+    """Row and estimates of a claim whose readings give or raise this."""
 
-    def function(evidence):
+    def made(outcome):
         if isinstance(outcome, Exception):
             raise outcome
         return outcome
 
+    functions = {name: lambda _, one=one: made(one) for name, one in readings.items()}
     monkeypatch.setattr(measured, "load_ledger", lambda: {"x": claim(**change)})
-    monkeypatch.setitem(measured.REGISTRY, "x", {"": function})
-    data = SimpleNamespace(used=list(used), start=lambda claim: None)
+    monkeypatch.setitem(measured.REGISTRY, "x", functions)
+    data = SimpleNamespace(used=[], start=lambda claim: None)
     monkeypatch.setattr(measured, "Evidence", lambda datasets, settings: data)
     (row,), estimates = (table.to_dict("records") for table in measured.measure({}, {}))
     return row, estimates
@@ -150,15 +151,8 @@ def near(value, reach=0.125, runs=9):
     return Measurement({"a": Estimate(value, value - reach, value + reach, runs)})
 
 
-def failing(error):
-    def reading():
-        raise error
-
-    return reading
-
-
 def test_each_question_judges_the_reading_that_it_names(monkeypatch):
-    readings = {name: (lambda v=v: near(v)) for name, v in {"p": 1.0, "q": 5.0, "r": 20.0}.items()}
+    readings = {"p": near(1.0), "q": near(5.0), "r": near(20.0)}
     for reading, robust in (("", YES), ("q", YES), ("r", NO)):
         row, estimates = tables_of(
             monkeypatch, readings, robust=Criterion({"a": [0.5, 9.5]}, reading=reading)
@@ -170,26 +164,26 @@ def test_each_question_judges_the_reading_that_it_names(monkeypatch):
 
 
 def test_missing_data_cost_one_reading_and_a_bug_stops_the_run(monkeypatch):
-    row, _ = tables_of(monkeypatch, NotEnoughDataError("too short"))
+    row, _ = tables_of(monkeypatch, {"": NotEnoughDataError("too short")})
     assert [row[f"robust{end}"] for end in ("", "_found", "_reason")] == [OPEN, *2 * ["too short"]]
-    readings = {"p": failing(NotEnoughDataError("no p")), "q": lambda: near(1.0)}
+    readings = {"p": NotEnoughDataError("no p"), "q": near(1.0)}
     row, estimates = tables_of(monkeypatch, readings, robust=Criterion({"a": [0, 2]}, reading="q"))
     assert (row["replicated"], row["replicated_found"], row["robust"]) == (OPEN, "no p", YES)
     assert {e["reading"] for e in estimates} == {"q"}
     with pytest.raises(ZeroDivisionError):
-        tables_of(monkeypatch, {"p": failing(ZeroDivisionError("by zero"))})
+        tables_of(monkeypatch, {"p": ZeroDivisionError("by zero")})
     with pytest.raises(KeyError, match="a"):
-        tables_of(monkeypatch, Measurement({"b": sure(1)}))
+        tables_of(monkeypatch, {"": Measurement({"b": sure(1)})})
     with pytest.raises(KeyError, match="s"):
         tables_of(monkeypatch, readings, robust=Criterion({"a": [0, 2]}, reading="s"))
 
 
 def test_what_cannot_be_tested_still_says_what_the_model_does(monkeypatch):
     criterion = Criterion(untestable="no recordings", found="The model gives {value a}.")
-    row, estimates = tables_of(monkeypatch, near(1.0), replicated=criterion, robust=criterion)
+    row, estimates = tables_of(monkeypatch, {"": near(1.0)}, replicated=criterion, robust=criterion)
     assert (row["robust"], row["robust_found"]) == (NOT_TESTABLE, "The model gives 1.")
     assert [(e["name"], e["decides"]) for e in estimates] == [("a", "")]
-    row, _ = tables_of(monkeypatch, NotEnoughDataError("no u1"), robust=criterion)
+    row, _ = tables_of(monkeypatch, {"": NotEnoughDataError("no u1")}, robust=criterion)
     assert (row["robust"], row["robust_found"]) == (NOT_TESTABLE, "no recordings")
 
 

@@ -4,7 +4,6 @@ import base64
 import functools
 import io
 import json
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,10 +29,6 @@ class Material:
     settings: dict
     files: dict[str, list[Path]]
     benchmarks: Path = Path("none")
-
-    def has(self, names: Iterable[str]) -> bool:
-        """Whether there is a file of each name."""
-        return all(self.files.get(name) for name in names)
 
     @functools.cached_property
     def claims(self) -> Results:

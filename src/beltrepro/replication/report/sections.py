@@ -29,8 +29,6 @@ def summary(material: Material) -> dict:
     runs = [number for number in runs if number is not None]
     pictures = material.pictures
     return {
-        "datasets": len(material.files.get("datasets", [])),
-        "numbered": sum(bool(picture["number"]) for picture in pictures),
         "findings": findings_of(results),
         "words": words(),
         "measured": list(printed_and_measured(results)),
@@ -65,7 +63,7 @@ def studies(material: Material) -> Iterator[dict]:
             "tables": [
                 table
                 for table, entry in registry.tables().items()
-                if of_study(entry.module) == name and material.has((table,))
+                if of_study(entry.module) == name and material.files.get(table)
             ],
         }
 

@@ -17,8 +17,6 @@ SETTLED_TRANSIENT = 5000.0
 _SYMBOLS = {"n_blocks": "N", "belt_velocity": "u", "noise": "sigma"}  # of the paper
 Ends = float | Sequence[float]  # a value, or the ends of a range
 SCHEME, EXACT = "the paper's scheme", "exact dynamics"  # names of readings
-SCANS_WITH_ROWS = ("n5_rows", "size_rows", "n5_map")
-SCANS_WITH_REPLICATES = ("n5_replicates", "size_replicates")
 
 
 @dataclass(frozen=True)
@@ -142,28 +140,23 @@ class Evidence:
                 return sections.select(arrays, chosen), attributes
         raise _nowhere(names, where)
 
-    def row(self, n_blocks: int, noise: float, *, scan: str = "") -> Cut:
-        """The row of a number of blocks and a noise, from the first scan that has it."""
-        return self._cut((scan,) if scan else SCANS_WITH_ROWS, n_blocks=n_blocks, noise=noise)
-
-    def replicates(self, n_blocks: int, noise: float, *, scan: str = "") -> Cut:
-        """The row with independent runs at each point, by one method for all noise levels."""
-        return self._cut((scan,) if scan else SCANS_WITH_REPLICATES, n_blocks=n_blocks, noise=noise)
+    def row(self, scan: str, n_blocks: int, noise: float) -> Cut:
+        """The row of a number of blocks and a noise in a scan."""
+        return self._cut(scan, n_blocks=n_blocks, noise=noise)
 
     def column(self, scan: str, n_blocks: int, belt_velocity: float) -> Cut:
         """The column of a number of blocks and a belt velocity in a scan."""
-        return self._cut((scan,), n_blocks=n_blocks, belt_velocity=belt_velocity)
+        return self._cut(scan, n_blocks=n_blocks, belt_velocity=belt_velocity)
 
-    def _cut(self, scans: tuple[str, ...], **where: float) -> Cut:
-        for name in filter(self.has, scans):
-            key = (name, *where.items())
-            if key not in self._cuts:
-                self._cuts[key] = Cut.of(self._datasets[name], **where)
-            if len(self._cuts[key].belt_velocity):
-                self.dataset(name)
-                _settled(self._cuts[key].transient, name)
-                return self._cuts[key]
-        raise _nowhere(scans, where)
+    def _cut(self, scan: str, **where: float) -> Cut:
+        dataset, key = self.dataset(scan), (scan, *where.items())
+        if key not in self._cuts:
+            self._cuts[key] = Cut.of(dataset, **where)
+        cut = self._cuts[key]
+        if not len(cut.belt_velocity):
+            raise _nowhere([scan], where)
+        _settled(cut.transient, scan)
+        return cut
 
     def table(self, scan: str) -> Cut:
         """All points of a scan."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
@@ -96,8 +96,7 @@ def claim(identifier: str, reading: str | dict[str, Any] = "") -> Callable:
 
     Each criterion names the reading that it judges, or judges the first.
 
-    reading : its name; of several, by name what each gives the function behind `evidence`. Without
-    a name the function may return readings, a dict of functions `() -> Measurement`.
+    reading : its name; of several, by name what each gives the function behind `evidence`.
     """
 
     def register(function: Callable) -> Callable:
@@ -116,14 +115,6 @@ def claim(identifier: str, reading: str | dict[str, Any] = "") -> Callable:
         return function
 
     return register
-
-
-def readings_of(identifier: str, evidence: Any) -> Any:
-    """The readings of a claim as functions by name, or its measurement if it has no others."""
-    functions = REGISTRY[identifier]
-    if "" in functions:
-        return functions[""](evidence)
-    return {name: partial(function, evidence) for name, function in functions.items()}
 
 
 def read_yaml(room: str, name: str) -> Any:

@@ -20,7 +20,7 @@ from beltrepro.replication.verdicts.criteria import (
     show,
 )
 from beltrepro.replication.verdicts.evidence import Evidence
-from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger, readings_of
+from beltrepro.replication.verdicts.ledger import REGISTRY, Claim, load_ledger
 
 
 class Measured(NamedTuple):
@@ -59,23 +59,17 @@ def _readings(evidence: Evidence, claim: Claim) -> dict[str, Measurement | str]:
 
     def tried(reading: Callable) -> Measurement | str:
         try:
-            return reading()
+            return reading(evidence)
         except NotEnoughDataError as error:
             return str(error)
 
-    if claim.id not in REGISTRY:
-        return {"": Measurement()}
-    measured = tried(lambda: readings_of(claim.id, evidence))
-    if not isinstance(measured, dict):
-        return {"": measured}
-    return {name: tried(reading) for name, reading in measured.items()}
+    readings = REGISTRY.get(claim.id, {"": lambda evidence: Measurement()})
+    return {name: tried(reading) for name, reading in readings.items()}
 
 
 def _judged(criterion: Criterion, readings: dict[str, Measurement | str]) -> Judged:
     """Verdict of the reading that a criterion names, or of the first."""
     name = criterion.reading or next(iter(readings))
-    if isinstance(readings.get(""), str):
-        name = ""  # no reading at all could be measured
     measurement = readings[name]
     if not isinstance(measurement, str):
         return Judged(criterion, name, measurement, judge(criterion, measurement))

@@ -97,8 +97,7 @@ def looks(
     which a long period looks like chaos. Neighbouring velocities look alike: the intervals are over
     parts of the axis of u. Velocities with few values, too, and a note.
     """
-    scan = "n5_density" if n_blocks == N_BLOCKS else "size_density"
-    row = evidence.row(n_blocks, 0.0, scan=scan).within(low, high)
+    row = evidence.row(scan_of(n_blocks, "density"), n_blocks, 0.0).within(low, high)
     filled = sections.occupied_bins(row.points["section_histogram"], least=FEWEST_CROSSINGS)
     crossing = np.isfinite(filled)
     velocity, few = row.belt_velocity[crossing], filled[crossing] <= FEW_VALUES
@@ -108,6 +107,11 @@ def looks(
     }
     words = f"N = {n_blocks}: {crossing.sum()} of {crossing.size} velocities"
     return shares, velocity[few], words
+
+
+def scan_of(n_blocks: int, kind: str) -> str:
+    """Name of the scan that has rows of so many blocks, as "density" or "replicates"."""
+    return f"{'n5' if n_blocks == N_BLOCKS else 'size'}_{kind}"
 
 
 def between(values: np.ndarray, low: float, high: float) -> np.ndarray:

@@ -24,17 +24,18 @@ CATALOGUES = {
 # --- the series of Fig. 8 -------------------------------------------------------------------------
 
 
-@claim("spectrum-exponent")
-def spectrum_exponent(evidence):
+SPECTRA = {
+    "amplitude": {"amplitude": True},
+    "amplitude, fit for 0.01 to 1": {"amplitude": True, "band": (0.01, 1.0)},
+    "amplitude, fit for 0.001 to 0.1": {"amplitude": True, "band": (0.001, 0.1)},
+    "power": {},
+}
+
+
+@claim("spectrum-exponent", SPECTRA)
+def spectrum_exponent(evidence, how):
     """Exponent and prefactor of the spectrum of x_N, as an amplitude and as a power."""
-    amplitude = partial(_law, evidence, "u1", amplitude=True)
-    return {
-        "amplitude": amplitude,
-        "amplitude, fit for 0.01 to 1": partial(amplitude, band=(0.01, 1.0)),
-        "amplitude, fit for 0.001 to 0.1": partial(amplitude, band=(0.001, 0.1)),
-        "power": partial(_law, evidence, "u1"),
-        "amplitude, exact dynamics": partial(_halves, evidence, "u1_event"),
-    }
+    return _law(evidence, "u1", **how)
 
 
 def _law(evidence, name, **how):
@@ -45,17 +46,19 @@ def _exponent(evidence, name, **how):
     return _law(evidence, name, **how).judged["exponent"]
 
 
-def _halves(evidence, name):
+@claim("spectrum-exponent", "amplitude, exact dynamics")
+def spectrum_in_halves(evidence):
     """A power law has one exponent in both halves of the range."""
-    law = _law(evidence, name, amplitude=True)
+    law = _law(evidence, "u1_event", amplitude=True)
     low, high = measure.FIT_BAND
     middle = (low * high) ** 0.5
     lower, upper = (
-        _exponent(evidence, name, band=band, amplitude=True)
+        _exponent(evidence, "u1_event", band=band, amplitude=True)
         for band in ((low, middle), (middle, high))
     )
     change = {"upper minus lower half": estimates.difference(upper, lower)}
-    return Measurement(law.judged | change, {"of the power": _exponent(evidence, name)}, law.note)
+    also = {"of the power": _exponent(evidence, "u1_event")}
+    return Measurement(law.judged | change, also, law.note)
 
 
 @claim("one-over-f", "amplitude")
@@ -95,33 +98,6 @@ def _spread(peaks):
 # --- exponents: Fig. 9 ----------------------------------------------------------------------------
 
 
-@claim("slip-size-exponent")
-def slip_size_exponent(evidence):
-    """Exponent of the density of slip sizes of the last block."""
-    others = {"belt frame": partial(slip_sizes, frame="belt")}
-    return _exponents(evidence, slip_sizes, others)
-
-
-@claim("slip-energy-exponent")
-def slip_energy_exponent(evidence):
-    """Exponent of the density of the energy dissipated in avalanches."""
-    others = {
-        "last block only": measure.last_block_energies,
-        "all avalanches": measure.all_energies,
-    }
-    return _exponents(evidence, avalanche_energies, others)
-
-
-def _exponents(evidence, sample_of, others):
-    catalogue = _catalogue(evidence, "slips_u1")
-    line = partial(_line, sample_of(catalogue))
-    return {
-        "line through all bins": line,
-        "10 bins a decade": partial(line, bins_per_decade=10),
-        EXACT: partial(_tested_line, evidence, sample_of),
-    } | {name: partial(_line, other(catalogue)) for name, other in others.items()}
-
-
 def _line(sample, **how):
     binned = density(sample, **how)
     law, filled = binned.law(), np.count_nonzero(binned.count)
@@ -129,6 +105,10 @@ def _line(sample, **how):
         {"exponent": law.exponent},
         note=f"{filled} bins from {law.low:.3g} to {law.high:.3g}",
     )
+
+
+def _line_of_scheme(evidence, sample_of, **how):
+    return _line(sample_of(_catalogue(evidence, "slips_u1")), **how)
 
 
 def _tested_line(evidence, sample_of):
@@ -139,31 +119,49 @@ def _tested_line(evidence, sample_of):
     return Measurement(_line(sample).judged | law.judged, also, law.note)
 
 
+def _lines(sample_of, others):
+    """By reading, what finds the exponent of a density in `evidence`."""
+    return {
+        "line through all bins": partial(_line_of_scheme, sample_of=sample_of),
+        "10 bins a decade": partial(_line_of_scheme, sample_of=sample_of, bins_per_decade=10),
+        EXACT: partial(_tested_line, sample_of=sample_of),
+    } | {name: partial(_line_of_scheme, sample_of=other) for name, other in others.items()}
+
+
+SIZES = _lines(slip_sizes, {"belt frame": partial(slip_sizes, frame="belt")})
+OTHERS = {"last block only": measure.last_block_energies, "all avalanches": measure.all_energies}
+
+
+@claim("slip-size-exponent", SIZES)
+@claim("slip-energy-exponent", _lines(avalanche_energies, OTHERS))
+def exponent_of_density(evidence, line_of):
+    """Exponent of the density of slip sizes, or of the energies dissipated in avalanches."""
+    return line_of(evidence)
+
+
 # --- self-organised criticality -------------------------------------------------------------------
 
 
-@claim("soc-power-law")
-def soc_power_law(evidence):
-    """Whether a power law describes slip sizes and energies of avalanches."""
-
-    def fit(name, sample_of, **how):
-        return measure.scale_free_fit(sample_of(_catalogue(evidence, name)), **how)
-
-    return {
-        "lines through all bins": partial(_lines, evidence),
-        SCHEME: partial(fit, "slips_u1", slip_sizes),
-        f"{EXACT}, in the range that fits best": partial(
-            fit, "slips_u1_event", slip_sizes, search=True
-        ),
-        "energies": partial(fit, "slips_u1", avalanche_energies),
-    }
-
-
-def _lines(evidence):
+@claim("soc-power-law", "lines through all bins")
+def slopes_of_lines(evidence):
     """Slopes of the straight lines that the authors draw."""
     catalogue = _catalogue(evidence, "slips_u1")
     samples = {"slip size": slip_sizes(catalogue), "energy": avalanche_energies(catalogue)}
     return Measurement({name: _line(one).judged["exponent"] for name, one in samples.items()})
+
+
+FITS = {
+    SCHEME: ("slips_u1", slip_sizes, False),
+    f"{EXACT}, in the range that fits best": ("slips_u1_event", slip_sizes, True),
+    "energies": ("slips_u1", avalanche_energies, False),
+}
+
+
+@claim("soc-power-law", FITS)
+def soc_power_law(evidence, fit):
+    """Whether a power law describes slip sizes and energies of avalanches."""
+    name, sample_of, search = fit
+    return measure.scale_free_fit(sample_of(_catalogue(evidence, name)), search=search)
 
 
 @claim("soc-cutoff", CATALOGUES)

@@ -89,7 +89,7 @@ def permanent_chaos(evidence, names):
 @claim("no-permanent-chaos", SCHEME)
 def chaotic_by_look(evidence):
     """Runs in 18 <= u <= 50 that look chaotic: long orbits do too; short runs may be transients."""
-    row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
+    row = evidence.row("n5_rows", N_BLOCKS, 0.0)
     looking, long = row.states == states.CHAOTIC, row.duration >= LONG
     shares = {}
     for name, ends in evidence.claim.parameters["belt_velocity"].items():

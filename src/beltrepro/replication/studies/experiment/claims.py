@@ -136,7 +136,7 @@ READINGS |= {"sigma = 0, the paper's scheme": (0.0, "n5_replicates_check")}
 def r_experiment(evidence, noise_and_scan):
     """Model r at the belt speeds of the experiment, at several noises."""
     noise, scan = noise_and_scan
-    row = evidence.replicates(N_BLOCKS, noise, scan=scan)
+    row = evidence.row(scan, N_BLOCKS, noise)
     of_model, ratios = {}, {}
     for name, recorded in zip(("r at 0.22 m/s", "r at 0.28 m/s"), measure.EXPERIMENT, strict=True):
         points = sections.select(row.points, _near(row, recorded))
@@ -155,7 +155,7 @@ def _near(row, recorded):
 @claim("intermittency-experiment")
 def intermittency_experiment(evidence):
     """The critical speed over those of the experiment, and how the model alternates there."""
-    row = evidence.replicates(N_BLOCKS, INTERMITTENT, scan=RUNS)
+    row = evidence.row(RUNS, N_BLOCKS, INTERMITTENT)
     critical = row.fall["critical"]
     ratios, also = {}, {"critical velocity": critical}
     for recorded in measure.EXPERIMENT:

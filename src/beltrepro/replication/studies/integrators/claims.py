@@ -1,7 +1,5 @@
 """Claim on the numerical method (Appendix): r by both integrators, point by point."""
 
-from functools import partial
-
 import numpy as np
 import pandas as pd
 import scipy
@@ -23,46 +21,46 @@ SEEN = np.log(1.1)  # a shift of r by a tenth is the least that is seen in the p
 MINIMUM_POINTS, MINIMUM_RUNS = 8, 4
 
 
-@claim("method-independence")
+@claim("method-independence", "with noise")
+def with_noise(evidence):
+    """Points at which r by the two integrators differs, with noise."""
+    return _differing(evidence, NOISY, "with noise")
+
+
+@claim("method-independence", "with and without noise")
 def method_independence(evidence):
-    """Points at which r by the two integrators differs, with noise, and without it too."""
-    noisy = partial(_differing, evidence, NOISY, "with noise", lambda noise: noise > 0)
-    quiet = partial(_differing, evidence, QUIET, "without noise", lambda noise: noise == 0)
-    return {
-        "with noise": lambda: Measurement(*noisy()),
-        "with and without noise": lambda: Measurement(
-            *(one | other for one, other in zip(noisy(), quiet(), strict=True))
-        ),
-    }
+    """The same, and without noise too."""
+    noisy, quiet = with_noise(evidence), _differing(evidence, QUIET, "without noise")
+    return Measurement(noisy.judged | quiet.judged, noisy.also | quiet.also)
 
 
-def _differing(evidence, pairs, words, chosen):
+def _differing(evidence, pairs, words):
     """Share of the points whose mean r differs by a tenth and more than by chance; mean shift."""
     points = [
         point
         for names in pairs
         if all(map(evidence.has, names))
-        for point in _points(evidence, names, chosen)
+        for point in _points(evidence, names, noisy=pairs is NOISY)
     ]
     count = f"{len(points)} points {words} by both integrators"
     require(len(points) >= MINIMUM_POINTS, f"{count}, {MINIMUM_POINTS} are needed")
     shifts = np.array([event.mean() - verlet.mean() for verlet, event in points])
     p = [scipy.stats.mannwhitneyu(verlet, event).pvalue for verlet, event in points]
     differ = (np.abs(shifts) > SEEN) & (scipy.stats.false_discovery_control(p) < 0.05)
-    return (
+    return Measurement(
         {f"points that differ, {words}": estimates.share_of(differ)},
         {f"mean shift, {words}": estimates.mean(shifts)},
     )
 
 
-def _points(evidence, names, chosen):
+def _points(evidence, names, *, noisy):
     """ln r of the runs by the scheme, and by exact motion, at each point that both have."""
     # In the same stretch of time after the same starts transients may be compared, too.
     runs = pd.concat([_runs(evidence.dataset(name).arrays) for name in names])
     points = [
         [np.log(r) for _, r in sorted(pair.groupby("method")["r"], reverse=True)]
         for (*_, noise), pair in runs.groupby(PLACE)
-        if chosen(noise)
+        if (noise > 0) == noisy
     ]
     return [pair for pair in points if len(pair) == 2 and min(map(len, pair)) >= MINIMUM_RUNS]
 

@@ -1,7 +1,5 @@
 """Claims on the model, its units and its numerical scheme (Sec. III, Appendix)."""
 
-from functools import partial
-
 import numpy as np
 
 from beltrepro.base.errors import require
@@ -62,7 +60,7 @@ def friction_law(evidence):
 @claim("chain-length")
 def chain_length(evidence):
     """Mean chain length near the belt speeds of the experiment, in metres."""
-    runs = evidence.replicates(5, evidence.claim.parameters["noise"])
+    runs = evidence.row("n5_replicates", 5, evidence.claim.parameters["noise"])
     lengths = {}
     for speed in evidence.claim.parameters["belt_velocity_m_s"]:
         distance = np.abs(runs.belt_velocity - units.from_si(speed, "velocity"))
@@ -94,16 +92,9 @@ def setup(evidence):
 # --- what the springs and the scheme do -----------------------------------------------------------
 
 
-@claim("no-collisions")
-def no_collisions(evidence):
-    """Whether blocks collide in sampled runs by the scheme, and how often in exact ones."""
-    return {
-        "faces, the paper's scheme": partial(_closest, evidence, "verlet"),
-        "faces, exact dynamics": partial(_collisions, evidence),
-    }
-
-
-def _closest(evidence, method):
+@claim("no-collisions", {"faces, the paper's scheme": "verlet"})
+def closest(evidence, method):
+    """Whether blocks collide in sampled runs by a method."""
     runs = {name: evidence.dataset(name) for name in evidence.claim.needs if evidence.has(name)}
     gaps = {
         name: np.diff(run.arrays["positions"], axis=1).min()
@@ -119,7 +110,8 @@ def _closest(evidence, method):
     )
 
 
-def _collisions(evidence):
+@claim("no-collisions", "faces, exact dynamics")
+def collisions(evidence):
     """Share of runs with noise as long as the paper's in which blocks collide.
 
     The integrator stops where a spring has no length, and with it the workflow: the scans that are
@@ -130,26 +122,21 @@ def _collisions(evidence):
     durations = [scan.attributes["duration"] for scan in scans]
     runs, time = sum(noisy), float(np.dot(noisy, durations))
     lengths = int(time / evidence.claim.parameters["duration"])
-    closest = _closest(evidence, "event")
-    also = closest.also | {"runs": sure(runs), "lengths": sure(lengths)}
-    return Measurement(closest.judged | {"collisions": share(0, lengths)}, also, closest.note)
+    sampled = closest(evidence, "event")
+    also = sampled.also | {"runs": sure(runs), "lengths": sure(lengths)}
+    return Measurement(sampled.judged | {"collisions": share(0, lengths)}, also, sampled.note)
 
 
-@claim("scheme-order")
-def scheme_order(evidence):
-    """Order of the scheme in the time step: of its formula, and of runs."""
-    formula = {"in a step and per time": True, "in a run": False}
-    return {
-        f"the formula, {words}": partial(_order_of_formula, in_one_step)
-        for words, in_one_step in formula.items()
-    } | {"after 5 slips and sticks": partial(_order, evidence)}
-
-
-def _order_of_formula(in_one_step):
+@claim(
+    "scheme-order", {"the formula, in a step and per time": True, "the formula, in a run": False}
+)
+def order_of_formula(evidence, in_one_step):
+    """Order in the time step of the formula of the scheme."""
     return _sure({"order": measure.order_of_formula(in_one_step=in_one_step)})
 
 
-def _order(evidence):
+@claim("scheme-order", "after 5 slips and sticks")
+def order_of_runs(evidence):
     """Errors against the exact dynamics from the same states; starts are drawn anew."""
     sides = [evidence.dataset(f"pairs_paths_{method}").arrays for method in ("verlet", "event")]
     place = (

@@ -9,7 +9,7 @@ from beltrepro.model.units import to_si
 from beltrepro.replication.studies.noise import measure
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
-from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.replication.verdicts.ledger import claim, load_ledger
 from beltrepro.replication.verdicts.motions import N_BLOCKS
 from beltrepro.stats.estimates import absent, difference, mean, ratio, share_of, slope
 
@@ -29,14 +29,14 @@ LIKELY = (15.0, 20.0)  # velocities at which a deterministic run could be interm
 
 def _row(evidence, noise, quiet=RUNS):
     """The row of independent runs at a noise; those without noise are of a scan of their own."""
-    return evidence.replicates(N_BLOCKS, noise, scan=RUNS if noise else quiet)
+    return evidence.row(RUNS if noise else quiet, N_BLOCKS, noise)
 
 
 def _rows(evidence, scan=RUNS, quiet=""):
     """Rows of all noise levels, of which those of the statements are there."""
     levels = np.unique(evidence.dataset(scan).arrays["noise"]).tolist()
     scans = {level: scan if level else quiet or scan for level in levels}
-    rows = {level: evidence.replicates(N_BLOCKS, level, scan=of) for level, of in scans.items()}
+    rows = {level: evidence.row(of, N_BLOCKS, level) for level, of in scans.items()}
     require({0.0, 1.0, 2.2} <= rows.keys(), "no runs at sigma = 0, 1 and 2.2")
     return rows
 
@@ -47,9 +47,7 @@ def _rows(evidence, scan=RUNS, quiet=""):
 @claim("sigma1-transition", {SCHEME: SCHEME, EXACT: EXACT})
 def sigma1_transition(evidence, reading):
     """Transition, windows and scatter of r at sigma = 1 against sigma = 0."""
-    quiet, noisy = (
-        evidence.replicates(N_BLOCKS, noise, scan=DIAGRAMS[reading]) for noise in (0.0, 1.0)
-    )
+    quiet, noisy = (evidence.row(DIAGRAMS[reading], N_BLOCKS, noise) for noise in (0.0, 1.0))
     before, after = (_row(evidence, noise, QUIET[reading]).fall["critical"] for noise in (0.0, 1.0))
     return Measurement(
         {
@@ -159,7 +157,7 @@ def _value(estimate):
 def natural_distribution(evidence):
     """Windows, width of the transition, and spread of v_N at three noise levels."""
     width = {noise: _row(evidence, noise).fall["width"] for noise in (1.0, 5.0)}
-    weak, strong = (evidence.row(N_BLOCKS, noise, scan="n5_density") for noise in (1.0, 10.0))
+    weak, strong = (evidence.row("n5_density", N_BLOCKS, noise) for noise in (1.0, 10.0))
     return Measurement(
         {
             "windows at 1": measure.share_in_windows(weak, weak),
@@ -235,8 +233,7 @@ def laminar_spectra(evidence):
     return measure.spectra(evidence, "u17", "u19")
 
 
-@claim("intermittency-region")
-def intermittency_region(evidence):
+@claim("intermittency-region", load_ledger()["intermittency-region"].parameters["laminar_share"])
+def intermittency_region(evidence, limits):
     """Width in u of the intermittent region against noise."""
-    shares = evidence.claim.parameters["laminar_share"]
-    return {name: partial(measure.region, evidence, *limits) for name, limits in shares.items()}
+    return measure.region(evidence, *limits)

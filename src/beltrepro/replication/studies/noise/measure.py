@@ -98,7 +98,6 @@ def typical_disorder(table: Cut, noise: float, time_step: float) -> Estimate:
 # --- laminar and chaotic phases: in which runs, with which spectra, and where in the map ----------
 
 STRETCH_S = 2 * SEGMENT_S
-GROUPS = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 8.0))  # of sigma, without the lower end
 
 
 def lasting(row):
@@ -157,10 +156,11 @@ def _share_with_lines(stretches):
 
 def region(evidence, low, high):
     """Where the map is intermittent, for laminar phases of some share of the time."""
-    table, quiet = evidence.table("n5_map"), evidence.replicates(5, 0.0)
+    table, quiet = evidence.table("n5_map"), evidence.row("n5_replicates", 5, 0.0)
     mask = intermittent_mask(table.points, (low, high))
-    first, second, third, _ = (_width(table, mask, *group) for group in GROUPS)
-    weak, strong = _width(table, mask, 0.0, 4.0), _width(table, mask, 4.0, 8.0)
+    first, second, third, weak, strong = (
+        _width(table, mask, *levels) for levels in ((0, 2), (2, 4), (4, 6), (0, 4), (4, 8))
+    )
     below, across = difference(second, first), difference(third, second)
     also = {
         "width, sigma up to 2": first,

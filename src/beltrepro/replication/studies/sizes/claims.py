@@ -11,6 +11,7 @@ from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.replication.verdicts.motions import scan_of
 from beltrepro.stats import transition
 from beltrepro.stats.estimates import bootstrap, difference, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
@@ -21,18 +22,19 @@ from beltrepro.stats.places import PART, over_places, part_of
 
 def _fall_of_row(evidence, n_blocks, noise):
     """The fall of r in a row from the declared start, up to where r rises again."""
-    row = evidence.row(n_blocks, noise, scan=_diagram(n_blocks))
+    row = evidence.row(scan_of(n_blocks, "density"), n_blocks, noise)
     row = row.within(*evidence.claim.parameters["rows"][n_blocks])
     middle = part_of(row.belt_velocity) - PART / 2  # of points that count as runs at one place
     return transition.fall(middle, row.disorder)
 
 
-def _diagram(n_blocks):
-    return "n5_density" if n_blocks == motions.N_BLOCKS else "size_density"
+def _runs(evidence, n_blocks, noise):
+    """The row with independent runs at each point."""
+    return evidence.row(scan_of(n_blocks, "replicates"), n_blocks, noise)
 
 
 def _fall_of_runs(evidence, n_blocks, noise):
-    return evidence.replicates(n_blocks, noise).fall
+    return _runs(evidence, n_blocks, noise).fall
 
 
 @claim("transition-width", {"one run at each u": _fall_of_row, "independent runs": _fall_of_runs})
@@ -66,25 +68,18 @@ def _wider(falls, more, less):
     )
 
 
-@claim("n10-intermittency", SCHEME)
-def n10_intermittency(evidence):
+@claim("n10-intermittency", {SCHEME: "size_rows", EXACT: "size_replicates"})
+def n10_intermittency(evidence, scan):
     """Laminar phases of ten blocks without noise in the transition, and whether they last."""
-    row = evidence.row(10, 0.0, scan="size_rows")
-    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
-
-
-@claim("n10-intermittency", EXACT)
-def n10_intermittency_of_exact_runs(evidence):
-    """The same of independent runs."""
-    row = evidence.replicates(10, 0.0)
-    return measure.intermittency(row.within(*evidence.claim.parameters["belt_velocity"]))
+    runs = evidence.row(scan, 10, 0.0)
+    return measure.intermittency(runs.within(*evidence.claim.parameters["belt_velocity"]))
 
 
 # --- chaos ----------------------------------------------------------------------------------------
 
 
 def _row_of_scheme(evidence, n_blocks):
-    row = evidence.row(n_blocks, 0.0)
+    row = evidence.row("size_rows", n_blocks, 0.0)
     return row.belt_velocity, row.disorder
 
 
@@ -114,7 +109,7 @@ def small_n_regular(evidence, row_of):
 def _below_transition(evidence):
     """Where the fall of r without noise begins, by number of blocks; a fixed u if there is none."""
     parameters = evidence.claim.parameters
-    edges = {n: evidence.replicates(n, 0.0).fall["lower"].value for n in parameters["n_blocks"]}
+    edges = {n: _fall_of_runs(evidence, n, 0.0)["lower"].value for n in parameters["n_blocks"]}
     return {n: parameters["without_transition"] if np.isnan(u) else u for n, u in edges.items()}
 
 
@@ -206,11 +201,11 @@ def rise_beyond_each_fall(evidence):
     """By how much strong noise raises ln r about 1.1 times the velocity at which r falls."""
     places, rises = evidence.claim.parameters, {}
     for n in sorted((*places["printed"], *places["others"])):
-        runs = evidence.replicates(n, 0.0)
+        runs = _runs(evidence, n, 0.0)
         critical = runs.fall["critical"].value
         require(np.isfinite(critical), f"r of {n} blocks has no fall")
         ends = [share * critical for share in places["beyond"]]
-        noisy = evidence.row(n, places["noise"], scan=_diagram(n)).within(*ends)
+        noisy = evidence.row(scan_of(n, "density"), n, places["noise"]).within(*ends)
         rises[n] = difference(*map(_mean_log_r, (noisy, runs.within(*ends))))
     return _weaker_with_size(rises)
 
@@ -228,7 +223,7 @@ def noise_less_relevant(evidence, effect_of):
     places = evidence.claim.parameters
     effects = {}
     for n in places["n_blocks"]:
-        pair = (evidence.replicates(n, noise) for noise in (0.0, places["noise"]))
+        pair = (_runs(evidence, n, noise) for noise in (0.0, places["noise"]))
         effects[n] = effect_of(*places["belt_velocity"], *pair)
     return _weaker_with_size(effects)
 

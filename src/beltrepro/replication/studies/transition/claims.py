@@ -31,7 +31,7 @@ def u7_periodic(evidence, names):
 def u20_transient(evidence):
     """How long runs at u = 20 stick now and then, and whether they stop; r of the printed start."""
     measurement = _transients(evidence, "lifetimes_wide")
-    row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
+    row = evidence.row("n5_rows", N_BLOCKS, 0.0)
     disorder = row.within(20, 20).disorder
     require(disorder.size == 1, f"{disorder.size} points of the row at u = 20, one is needed")
     return replace(measurement, also={"r from the declared start": estimates.sure(disorder.item())})
@@ -48,8 +48,9 @@ def _transients(evidence, name, **where):
     scan, printed = evidence.dataset(name), evidence.claim.paper
     duration, settle_time = (float(scan.attributes[key]) for key in ("duration", "settle_time"))
     require(duration >= 2 * printed, f"runs of {duration:g} cannot show lifetimes of {printed}")
-    runs = _at(scan.arrays, belt_velocity=20.0, **where)
+    runs, _ = evidence.runs(name, n_blocks=N_BLOCKS, belt_velocity=20.0, **where)
     escaped = runs["escaped"].astype(bool)
+    require(escaped.size >= LEAST_RUNS, f"{escaped.size} runs at u = 20, {LEAST_RUNS} are needed")
     slipping = states.label_ends(runs) != states.STICK_SLIP
     on_orbit = ~escaped & measure.on_shared_orbits(runs, settle_time)
     note = f"{on_orbit.sum()} of {escaped.size} runs end on stick-slip orbits that several share"
@@ -65,13 +66,6 @@ def _transients(evidence, name, **where):
     return Measurement(judged, note=note)
 
 
-def _at(arrays, **where):
-    chosen = np.all([np.isclose(arrays[name], value) for name, value in where.items()], axis=0)
-    words = ", ".join(f"{name} = {value:g}" for name, value in where.items())
-    require(chosen.sum() >= 4, f"{chosen.sum()} runs with {words}, 4 are needed")
-    return {name: values[chosen] for name, values in arrays.items() if len(values) == len(chosen)}
-
-
 # --- the transition -------------------------------------------------------------------------------
 
 # Scans with independent runs by reading; wider starts are the paper's scheme too.
@@ -81,7 +75,7 @@ BEFORE, BESIDE, BEYOND = (14.0, 15.05), (17.5, 19.5), (19.5, 21.5)
 
 
 def _row_from_declared_start(evidence):
-    row = evidence.row(N_BLOCKS, 0.0, scan="n5_density")
+    row = evidence.row("n5_density", N_BLOCKS, 0.0)
     return row.belt_velocity, row.disorder
 
 
@@ -117,10 +111,10 @@ def _inside(velocity, values, low, high):
 @claim("u-critical", RUNS)
 def u_critical(evidence, scan):
     """Midpoint of the transition region without noise; of exact runs from wider starts too."""
-    fall = evidence.replicates(N_BLOCKS, 0.0, scan=scan).fall
+    fall = evidence.row(scan, N_BLOCKS, 0.0).fall
     judged = {"critical": fall["critical"]}
     if scan == RUNS[EXACT]:
-        wide = evidence.replicates(N_BLOCKS, 0.0, scan=RUNS["wider starts"]).fall
+        wide = evidence.row(RUNS["wider starts"], N_BLOCKS, 0.0).fall
         judged["critical, wider starts"] = wide["critical"]
     return Measurement(judged, {name: fall[name] for name in ("lower", "upper")})
 
@@ -148,7 +142,7 @@ def outlying_points(evidence):
 
     The start is declared, so that chance has no part in them.
     """
-    row = evidence.row(N_BLOCKS, 0.0, scan="n5_rows")
+    row = evidence.row("n5_rows", N_BLOCKS, 0.0)
     row = row.within(*evidence.claim.parameters["points"])
     require(row.disorder.size >= LEAST_POINTS, f"{row.disorder.size} points in the row")
     large = row.disorder >= states.LARGE_AMPLITUDE
@@ -220,7 +214,7 @@ def _lifetimes(evidence, near_runs, runs):
 @claim("continuous-slip", SCHEME)
 def continuous_slip(evidence):
     """Share of the velocities, 18 <= u <= 50, at which the last block slips on."""
-    row = evidence.row(N_BLOCKS, 0.0, scan="n5_density")
+    row = evidence.row("n5_density", N_BLOCKS, 0.0)
     row = row.within(*evidence.claim.parameters["belt_velocity"]["18 to 50"])
     slips = row.points["laminar_fraction"] > states.LAMINAR_SHARE[1]
     return Measurement(_named("18 to 50", slips, row.duration))
@@ -231,7 +225,7 @@ def continuous_slip_of_exact_runs(evidence):
     """The same of runs, in two ranges of u; they slip on if no stick is in the second half."""
     shares = {}
     for name, scan in {"18 to 36": "n5_replicates", "38 to 50": "n5_replicates_beyond"}.items():
-        row = evidence.row(N_BLOCKS, 0.0, scan=scan)
+        row = evidence.row(scan, N_BLOCKS, 0.0)
         row = row.within(*evidence.claim.parameters["belt_velocity"][name])
         last = np.nan_to_num(row.points["last_stick_time"], nan=-np.inf)
         shares |= _named(name, last < (row.transient + row.duration) / 2, row.duration)

@@ -132,17 +132,17 @@ def saddle(runs: Mapping[str, np.ndarray], duration: float, *, since: float) -> 
     measured = np.where(np.isfinite(exponent), runs["irregular_time"][late], 0.0)
     sums = np.column_stack([np.nan_to_num(exponent) * measured, measured, *lived])
 
-    statistics: dict[str, Callable[[np.ndarray], float]] = {
-        "exponent": lambda sums: sums[0] / sums[1],
-        "lifetime": lambda sums: sums[2] / sums[3],
-        "e-foldings": lambda sums: sums[0] / sums[1] * sums[2] / sums[3],
-    }
-
-    def over(of: Callable[[np.ndarray], float]) -> Estimate:
-        return estimates.bootstrap(lambda rows: of(rows.sum(axis=0)), [sums])
+    def over(statistic: Callable[..., float]) -> Estimate:
+        return estimates.bootstrap(lambda rows: statistic(*rows.sum(axis=0)), [sums])
 
     with np.errstate(invalid="ignore", divide="ignore"):  # none measured, or none that ended
-        return {name: over(of) for name, of in statistics.items()}
+        return {
+            "exponent": over(lambda growth, measured, lived, ends: growth / measured),
+            "lifetime": over(lambda growth, measured, lived, ends: lived / ends),
+            "e-foldings": over(
+                lambda growth, measured, lived, ends: growth / measured * lived / ends
+            ),
+        }
 
 
 def on_shared_orbits(runs: Mapping[str, np.ndarray], settle_time: float) -> np.ndarray:
