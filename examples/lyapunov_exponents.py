@@ -20,5 +20,5 @@ plt.show()
 
 # %%
 # The largest exponent lies between 0.0017 and 0.0065 from u = 2 to 28, and is smaller above; at u
-# = 34 it is zero, because the motion is periodic there. The second exponent is zero: it belongs
-# to a shift in time. About 9 s. ``n_exponents`` left out gives all 14.
+# = 34 so short a run does not tell it from zero. The second exponent is zero: it belongs to a
+# shift in time. About 9 s. ``n_exponents`` left out gives all 14.
