@@ -30,8 +30,8 @@ WHOLE = {
     "n_blocks", "belt_velocity", "noise", "friction_ratio", "initial_spread", "time_step",
     "replicate", "disorder_parameter", "final_disorder", "laminar_count", "laminar_fraction",
     "last_stick_time", "largest_exponent", "section_position", "section_bins",
-    "section_histogram", "lifetime", "escaped", "settled", "state", "period_events", "start_energy", "attractor", "attractors",
-    "branches",
+    "section_histogram", "lifetime", "escaped", "settled", "state", "period_events",
+    "start_energy", "attractor", "attractors", "branches",
 }  # fmt: skip
 
 
