@@ -111,8 +111,12 @@ def edited(path, old="return ", new="return 0 or "):
 
 
 @pytest.mark.thorough
-def test_an_edited_kernel_reruns_the_batches_by_it(finished):
-    with edited(finished / "src/beltrepro/engine/event_integrator.py"):
+@pytest.mark.parametrize("compiling", ["30.0", "31.0"])
+def test_an_edited_kernel_reruns_the_batches_by_it(finished, compiling):
+    """Also if what compiles the kernels is edited, for which batches do not wait."""
+    package = finished / "src/beltrepro"
+    cache = edited(package / "extras/cache.py", "30.0", compiling)
+    with cache, edited(package / "engine/event_integrator.py"):
         dry_run = snakemake(finished, "--dry-run")
     plan = smoke_plan()
     assert jobs(dry_run)["film"] == len(plan.films)
