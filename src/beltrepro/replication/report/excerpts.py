@@ -28,10 +28,10 @@ PUBLISHED, REDRAWN = Path("docs/results/paper"), Path("build/figures")
 # Arrays that are drawn as they are, but quantities of one value, which are attributes.
 WHOLE = {
     "n_blocks", "belt_velocity", "noise", "friction_ratio", "initial_spread", "time_step",
-    "replicate", "disorder_parameter", "final_disorder", "laminar_count", "laminar_fraction",
-    "last_stick_time", "largest_exponent", "section_position", "section_bins",
-    "section_histogram", "lifetime", "escaped", "settled", "state", "period_events", "start_energy", "attractor", "attractors",
-    "branches",
+    "replicate", "disorder_parameter", "final_disorder", "laminar_fraction", "laminar_count",
+    "last_stick_time", "largest_exponent", "section_position", "section_bins", "section_histogram",
+    "lifetime", "escaped", "settled", "state", "period_events", "start_energy", "attractor",
+    "attractors", "branches",
 }  # fmt: skip
 
 
