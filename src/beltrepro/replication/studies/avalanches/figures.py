@@ -139,7 +139,7 @@ def _densities(axes, below, dataset, what, claim):
     height = np.where(fine.count > 0, fine.density, np.nan)
     look = {"color": "0.6", "linewidth": 0.7, "label": f"{FINE} bins a decade"}
     axes.plot(fine.centre, height, drawstyle="steps-mid", **look)
-    look = {"color": style.BLUE, "markersize": 2.5, "label": "5 bins a decade"}
+    look = {"color": style.BLUE, "markersize": 2.5, "label": f"{COARSE} bins a decade"}
     _density(axes, coarse, fmt="o", **look)
     law = coarse.law()
     label = f"here: ${law.exponent.value:.2f}$"

@@ -379,14 +379,12 @@ def fig05(data):
     """a: x_5(t); b: a minute of it, as long as the printed slip; c: the spectrum of all of it."""
     figure, (above, enlarged, below) = _page(4.05, "a;b;c", height_ratios=(1.3, 1, 1))
     _draw_film(above, (below,), data, "belt_022")
-    run, track = data["belt_022"], data["belt_022_track"]
+    track = data["belt_022_track"]
     begin, _ = above.get_xlim()
     window = tuple(begin + np.array(_PRINTED_S["all slip"]))
     panels.zoom(above, enlarged, track.time_s, 100 * track.x_m, window)
     enlarged.set(xlabel=SECONDS, ylabel=LENGTH)
-    relative = run.arrays["velocities"] - run.attributes["belt_velocity"]
-    slips = states.slips_of_all(run.arrays["time"], relative, run.arrays["events"])
-    slips_s = to_si(slips - run.attributes["transient"], "time")
+    slips_s = _slips_of_all(data["belt_022"])["seconds"]
     for ends in slips_s[(slips_s[:, 1] > window[0]) & (slips_s[:, 0] < window[1])]:
         enlarged.axvspan(*ends, color="0.8", linewidth=0, zorder=0)
     longest = np.diff(slips_s, axis=1).max(initial=0.0)
@@ -400,6 +398,14 @@ def fig05(data):
         above.plot(begin + np.array(ends), [0.7] * 2, "|-", color=style.BLACK, **where)
         above.text(begin + np.mean(ends), 0.73, words, ha="center", **where)
     return figure
+
+
+@panels.reduced
+def _slips_of_all(series):
+    arrays, about = series.arrays, series.attributes
+    relative = arrays["velocities"] - about["belt_velocity"]
+    slips = states.slips_of_all(arrays["time"], relative, arrays["events"])
+    return {"seconds": to_si(slips - about["transient"], "time")}
 
 
 # --- Not in the paper: what trials of its length say about the recordings of the experiment -------

@@ -80,7 +80,7 @@ def _draw_branches(axes, arrays):
     axes.plot(place, values, "x", label="irregular", **look)
     axes.set(ylabel="$r$", yscale="log", ylim=(0.0025, 0.4))
     panels.plain_log(axes.yaxis)
-    _legend_above(axes, 4)
+    panels.legend_above(axes, handlelength=0.6, columnspacing=0.5)
 
 
 def _draw_starts(axes, shares):
@@ -91,7 +91,7 @@ def _draw_starts(axes, shares):
         label = f"$H/N = {energy:g}$" if energy else "rest"
         shift = _SHIFT * (number - (len(energies) - 1) / 2)
         _draw_shares(axes, shares[chosen], number, label, shift)
-    _legend_above(axes, 4)
+    panels.legend_above(axes, handlelength=0.6, columnspacing=0.5)
 
 
 def _draw_sweeps(axes, falls):
@@ -101,7 +101,7 @@ def _draw_sweeps(axes, falls):
             rows = falls[(falls["hold"] == hold) & (falls["way"] == way)]
             _draw_shares(axes, rows, number, "" if face else f"hold {hold:g}", 0.0, face)
     axes.text(0.02, 0.4, "full: up\nopen: down", transform=axes.transAxes)
-    _legend_above(axes, 3)
+    panels.legend_above(axes, handlelength=0.6, columnspacing=0.5)
 
 
 def _draw_shares(axes, rows, number, label, shift, face=None):
@@ -112,11 +112,6 @@ def _draw_shares(axes, rows, number, label, shift, face=None):
     panels.intervals(
         axes, rows["belt_velocity"] + shift, *shares, fmt=style.MARKERS[number], **look
     )
-
-
-def _legend_above(axes, columns):
-    place = {"loc": "lower left", "bbox_to_anchor": (0.06, 1.0), "borderaxespad": 0.3}
-    panels.legend_above(axes, ncols=columns, handlelength=0.6, columnspacing=0.5, **place)
 
 
 # --- births in the plane of friction ratio and belt velocity --------------------------------------

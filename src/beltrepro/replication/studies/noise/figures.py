@@ -215,10 +215,9 @@ def fig18(data):
     figure, (above, below) = panels.page(4.05, "a;b", sharex=True, height_ratios=(1.7, 1))
     above.set_ylabel(panels.NOISE)
     if points["noise"].size:
-        names = ("noise", "belt_velocity", "disorder_parameter")
-        table = pd.DataFrame({name: points[name] for name in names})
+        table = {name: points[name] for name in ("noise", "belt_velocity", "disorder_parameter")}
         table["intermittent"] = states.intermittent_mask(points).astype(float)
-        plane = table.pivot_table(index="noise", columns="belt_velocity")
+        plane = pd.DataFrame(table).pivot_table(index="noise", columns="belt_velocity")
         disorder, mixed = plane["disorder_parameter"], plane["intermittent"]
         place = artists.edges(disorder.columns.to_numpy()), artists.edges(disorder.index.to_numpy())
         image = above.pcolormesh(*place, disorder, cmap="viridis", vmin=0, rasterized=True)

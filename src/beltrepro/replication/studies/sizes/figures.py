@@ -103,9 +103,7 @@ def _last_sticks(axes, beside, scan, laminar_time):
     share = [lasting[velocity == place].mean() for place in places]
     beside.plot(places, share, "o-", color=style.VERMILION, markersize=3)
     axes.axhline(transient / duration, color="0.5", linewidth=0.8, linestyle=":")
-    axes.text(
-        0.03, transient / duration, "transient", va="top", transform=axes.get_yaxis_transform()
-    )
+    axes.text(8, transient / duration, "transient", va="top", clip_on=True)
 
 
 # --- Fig. 21: the rise of r with noise for several system sizes -----------------------------------
