@@ -310,7 +310,11 @@ def _draw_contraction(exponents, lifetimes, table):
     exponents.set_ylabel("nontrivial exponent")
     panels.legend_above(exponents, handlelength=0.6)
     numbers = (table[f"lifetime{end}"] for end in ("", "_low", "_high"))
-    panels.intervals_or_limits(lifetimes, size, *numbers, elinewidth=0.8, **look)
-    lifetimes.set(yscale="log", ylabel="mean time irregular")
+    if table["lifetime_low"].notna().any():
+        panels.intervals_or_limits(lifetimes, size, *numbers, elinewidth=0.8, **look)
+        lifetimes.set_yscale("log")
+    else:
+        panels.note(lifetimes, "too few runs")
+    lifetimes.set_ylabel("mean time irregular")
     for axes in (exponents, lifetimes):
         axes.set(xlabel="$N$", xticks=size, xlim=(1.4, 10.6))
