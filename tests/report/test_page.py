@@ -231,17 +231,14 @@ def test_a_picture_is_at_most_as_wide_as_a_screen(tmp_path):
 # --- what was run ---------------------------------------------------------------------------------
 
 
-def test_what_was_run_has_a_row_for_each_dataset_and_rule(text):
+def test_how_it_was_made_has_a_row_for_each_rule_and_the_facts(text):
     made = part(text, "made")
-    _, _, runs, times = (cells(table) for table in re.findall(r"<table>.*?</table>", made, re.S))
-    assert runs[1:] == [
-        ["n5_rows", "verlet", "2000", "60", "3.0e-08"],
-        ["slips_u1", "event", "3000", "2", ""],
-    ]
+    _, _, times = (cells(table) for table in re.findall(r"<table>.*?</table>", made, re.S))
     assert times[1:] == [
         ["batches", "2", "0:02:03", "0:01:40", "250 MB"],
         ["claims", "1", "0:00:04", "0:00:04", ""],
         ["sum", "3", "0:02:07", "", ""],
     ]
     facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", made))
+    assert facts["Energy balance"] == "of each run it closes within 3.0e-08"
     assert (facts["Seed"], facts["Libraries"]) == ("1; 1, 3", "python 3.11, numpy 2.4")

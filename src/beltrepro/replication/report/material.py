@@ -68,21 +68,12 @@ def _at_screen_size(path: Path) -> dict:
     return {"image": encoded, "width": image.width, "height": image.height}
 
 
-def length(value: float) -> str:
-    """A duration as short text: 40000, 2e6."""
-    return f"{value:.3g}".replace("e+0", "e").replace("e+", "e") if value >= 1e6 else f"{value:g}"
-
-
 def _describe(dataset: Dataset) -> dict:
     attributes, arrays = dataset.attributes, dataset.arrays
     libraries = json.loads(attributes.get("library_versions", "{}"))
     residual = arrays.get("energy_residual")
     return {name: _grid(arrays[name]) for name in ("time_step", "seed")} | {
-        "name": attributes["dataset"],
-        "method": attributes["method"],
-        "duration": length(attributes["duration"]),
-        "size": len(arrays["n_blocks"]),
-        "energy_residual": "" if residual is None else f"{np.nanmax(np.abs(residual)):.1e}",
+        "energy_residual": 0.0 if residual is None else float(np.nanmax(np.abs(residual))),
         "code_version": attributes["code_version"],
         "processor": attributes.get("processor", ""),
         "libraries": ", ".join(f"{name} {number}" for name, number in libraries.items()),

@@ -16,7 +16,7 @@ from beltrepro.model.spring import SECTION_POSITION
 from beltrepro.model.units import TIME_S
 from beltrepro.replication.report import sections
 from beltrepro.replication.report.findings import typeset
-from beltrepro.replication.report.material import ROOM, WORDS, Material, length
+from beltrepro.replication.report.material import ROOM, WORDS, Material
 from beltrepro.replication.verdicts.criteria import QUESTIONS, VERDICTS, range_in_words
 from beltrepro.replication.verdicts.ledger import read_yaml
 
@@ -58,7 +58,7 @@ def _page() -> jinja2.Template:
         "symbol": SYMBOLS.__getitem__,
         "minus": typeset,
         "range": range_in_words,
-        "in_short": length,
+        "in_short": _length,
         "sentence": _sentence,
         "time": lambda seconds: timedelta(seconds=round(seconds)),
     }
@@ -83,3 +83,8 @@ def live_chain() -> dict[str, Any]:
     law["section_chain"] = {"blocks": _CHAIN.n_blocks, "ratio": _CHAIN.friction_ratio}
     settings = {"law": law, "second": TIME_S, "block": _BLOCK, "presets": choices["presets"]}
     return choices | {"second": f"{TIME_S:.4f}", "settings": settings}
+
+
+def _length(value: float) -> str:
+    """A duration as short text: 40000, 2e6."""
+    return f"{value:.3g}".replace("e+0", "e").replace("e+", "e") if value >= 1e6 else f"{value:g}"

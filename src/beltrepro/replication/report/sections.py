@@ -98,6 +98,7 @@ def environment(material: Material) -> dict:
             values[name] |= dict.fromkeys(str(one[name]).split("; "))
     return {name: "; ".join(filter(None, texts)) for name, texts in values.items()} | {
         "cores": os.cpu_count(),
+        "energy_residual": f"{max((one['energy_residual'] for one in material.datasets), default=0.0):.1e}",
         "constants": material.settings["model"],
         "laminar_time": material.settings["defaults"]["laminar_time"],
     }
