@@ -96,9 +96,10 @@ def environment(material: Material) -> dict:
     for one in material.datasets:
         for name in names:  # what batches of several versions made has them all in one text
             values[name] |= dict.fromkeys(str(one[name]).split("; "))
+    worst = max((one["energy_residual"] for one in material.datasets), default=0.0)
     return {name: "; ".join(filter(None, texts)) for name, texts in values.items()} | {
         "cores": os.cpu_count(),
-        "energy_residual": f"{max((one['energy_residual'] for one in material.datasets), default=0.0):.1e}",
+        "energy_residual": f"{worst:.1e}",
         "constants": material.settings["model"],
         "laminar_time": material.settings["defaults"]["laminar_time"],
     }
