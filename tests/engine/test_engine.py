@@ -5,13 +5,13 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import naive
 import replay
 from advancing import at_rest, integrator, recorded
-from beltrepro import ChainParameters, simulate
+from beltrepro import ChainParameters, ChainState, simulate
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.law import (
     branch_at,
@@ -26,6 +26,7 @@ from beltrepro.engine.law import (
 from beltrepro.engine.vector import kernel
 from beltrepro.engine.verlet_integrator import VerletIntegrator
 from beltrepro.model.spring import (
+    acceleration,
     chain_deformations,
     spring_energy,
     spring_extension,
@@ -199,6 +200,30 @@ def test_a_state_goes_on_in_any_scheme_and_step(maker):
                 on = recorded(integrator(kind, states, time_step=time_step), until + 1.0)
                 for one, other in zip(on, exact, strict=True):
                     assert np.abs(one.positions - other.positions).max() < 0.02
+
+
+@pytest.mark.parametrize("law", [{}, {"mass": (1.0, 2.0, 0.5), "stiffness": (1.0, 2.0, 1.0)}])
+def test_a_start_in_motion_has_the_step_before_it_to_the_third_order(law):
+    """Beside the motion through the state, backwards in fine steps; and stuck blocks have none."""
+    chain = ChainParameters(3, 10.0, **law)
+    state = ChainState.in_motion(chain, [70.0, 135.0, 195.0], [-5.0, -8.0, -3.0])
+
+    def rates(_, numbers):
+        places, velocities = np.split(numbers, 2)
+        pulls = acceleration(places, velocities - 10.0, state.directions, chain)
+        return np.concatenate([velocities, pulls])
+
+    begin, errors = np.concatenate([state.positions, state.velocities]), []
+    for time_step in (0.02, 0.01):
+        made = integrator(VerletIntegrator, [state], time_step=time_step, literal=True)._chains
+        back = solve_ivp(rates, (0.0, -time_step), begin, rtol=1e-13, atol=1e-13).y[:, -1]
+        step = state.positions - back[:3] - 10.0 * time_step
+        before = rates(0.0, back)[3:] * time_step**2
+        errors.append(np.abs([made.slip_step[:, 0] - step, made.acceleration[:, 0] - before]))
+    # the fourth power of the time step in both
+    assert np.all(errors[0] > 12 * errors[1]) and np.all(errors[1] < 1e-6)
+    stuck = integrator(VerletIntegrator, at_rest([chain]), literal=True)._chains
+    assert not stuck.slip_step.any() and not stuck.acceleration.any()
 
 
 # --- long chains ---

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import small_plans
-from beltrepro.base import store
+from beltrepro.base import seal, store
 from beltrepro.base.errors import InputError
 from beltrepro.cli import app as cli
 from beltrepro.extras import verification
@@ -105,6 +105,32 @@ def test_tables_differ_rightly_where_any_dataset_is_of_another_machine(compared,
     store.write(early, data.arrays, data.attributes | OTHER)
     write_table(folder / "tables" / "t.csv", n=[2])
     assert compare()["t"].outcome == NEAR
+
+
+@pytest.mark.parametrize(
+    "name",
+    [f"figures/a.{ending}" for ending in ("png", "pdf")]
+    + [f"experiment/a.{ending}" for ending in ("mp4", "csv", "h5")]
+    + ["report.html", "claims.csv", "estimates.csv", "tables/a.csv"],
+)
+def test_a_damaged_file_of_any_kind_is_named(compared, tmp_path, name):
+    folder, compare = compared
+    path = folder / name
+    path.parent.mkdir(exist_ok=True)
+    if name.endswith(".h5"):
+        store.write(path, {"n": np.ones(1)}, {})
+    elif name in ("estimates.csv", "tables/a.csv"):
+        write_table(path, n=[1])
+    elif not path.exists():
+        path.write_bytes(b"as long as the words it has")
+        seal.put(path)
+    verification.write_list(tmp_path / "own.json", folder)
+    assert {file.outcome for file in compare().values()} == {SAME}
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    (wrong,) = (file for file in compare().values() if file.outcome == WRONG)
+    assert str(path) in wrong.words and "damaged" in wrong.words
 
 
 def test_missing_and_damaged_files_are_named(compared, tmp_path):

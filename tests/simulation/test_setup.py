@@ -22,6 +22,7 @@ from beltrepro import (
     time_to_orbit,
 )
 from beltrepro.base.errors import InputError
+from beltrepro.engine.state import Scheme
 from beltrepro.simulation import trajectories
 
 CHAIN, NOISY = ChainParameters(2, 20.0), ChainParameters(3, 10.0, 1.0)
@@ -69,32 +70,7 @@ def test_keywords_and_a_setup_that_is_used_again_give_the_same_bits(function):
     assert by_keywords != bits(function(changed, **FUNCTIONS[function]))
 
 
-LONG = {"duration": 400.0, "transient": 100.0}
-USUAL = {"seed": 2, "replicate": 3, "initial_spread": 0.2}
 START = {"initial_positions": [50.0, 101.0, 149.0]}
-ARGUMENTS = [
-    (simulate, {"method": "verlet", "time_step": 0.002, "tolerance": 1e-3}),
-    (simulate, {"seed": 3, "replicate": 4, "initial_spread": 0.3}),
-    (simulate, {"initial_positions": [[50.0, 101.0, 149.0]]}),
-    (simulate, {"duration": 390.0, "transient": 90.0, "sample_interval": 0.2, "sample_start": 9.0}),
-    (scan, {"duration": 390.0, "transient": 90.0, "section_position": 320.0}),
-    (scan, {"section_values": 3, "laminar_time": 1.0}),
-    (catalogue, {"duration": 390.0, "transient": 90.0, "section_position": 320.0}),
-    (time_to_continuous_slip, {"duration": 390.0, "settle_time": 20.0}),
-    (lyapunov_spectrum, {"duration": 340.0, "transient": 50.0, "n_exponents": 2}),
-    (time_to_orbit, {"duration": 390.0, "closed": 0.9}),
-    (lyapunov_spectrum, {"noise_clock": "laboratory"}),
-    (classify, {"duration": 340.0, "transient": 50.0, "noise_clock": "laboratory"}),
-]
-
-
-@pytest.mark.parametrize(("function", "changes"), ARGUMENTS)
-def test_each_argument_changes_what_is_measured(function, changes):
-    no_transient = function in (time_to_continuous_slip, time_to_orbit)
-    lengths = {"duration": 400.0} if no_transient else LONG
-    usual = bits(function([NOISY], **USUAL, **lengths))
-    for name, value in changes.items():
-        assert bits(function([NOISY], **USUAL | lengths | {name: value})) != usual, name
 
 
 def test_one_chain_makes_one_value_and_several_make_a_table():
@@ -245,6 +221,24 @@ def test_runs_that_go_on_from_different_states_repeat_nothing(field, recwarn):
             Setup(CHAIN, initial_state=states)
     with pytest.warns(UserWarning, match="1 of 2 chains repeat"):
         Setup(chain, initial_state=[state, state])
+
+
+def test_the_key_of_a_run_differs_where_anything_does():
+    """In each field of a case and of its state; the spread of a start shows in the state."""
+    (case,) = Setup(NOISY).cases
+    told = {"method": "verlet", "time_step": 0.002, "tolerance": 1e-8}
+    names = {field.name for field in dataclasses.fields(case)}
+    assert told.keys() == names - {"state", "initial_spread"}
+    others = [dataclasses.replace(case, **{name: value}) for name, value in told.items()]
+    schemes = [Scheme("a", 0.001, {"w": np.zeros(3)})]
+    for changes in ({"integrator": "b"}, {"time_step": 0.002}, {"variables": {"w": np.ones(3)}}):
+        schemes.append(dataclasses.replace(schemes[0], **changes))
+    for name, value in vars(case.state).items():
+        values = {"parameters": [CHAIN], "scheme": schemes}.get(name)
+        for other in values or [value + np.ones_like(value)]:
+            state = dataclasses.replace(case.state, **{name: other})
+            others.append(dataclasses.replace(case, state=state))
+    assert len({one.key for one in [case, *others]}) == 1 + len(others) == 21
 
 
 # --- grids and results ---

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
+from beltrepro.replication.studies.transition.measure import on_shared_orbits
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import EXACT
 from made_up import (
@@ -253,6 +254,17 @@ def test_runs_that_never_escape_say_nothing_of_the_lifetime():
     made = measured("transient-lifetime", lifetimes_wide=runs)
     assert made.also["tau near"].value == pytest.approx(1850, rel=0.15)
     assert made.also["tau far"].value == pytest.approx(470, rel=0.15)
+
+
+def test_runs_share_an_orbit_if_three_have_its_range_and_sticks():
+    """Two may agree by chance; sticks are counted up to the ends of the settled part."""
+    reach = np.array([50.0, 50.0, 80.0, 90.0, 90.05, 90.08, 90.2])
+    runs = {"final_amplitude": reach, "final_stick_rate": np.full((7, 5), 0.1)}
+    runs["final_stick_rate"][:, 4] = np.nan  # of a shorter chain
+    for sticks, shared in ((0, 3), (2, 3), (3, 0)):
+        runs["final_stick_rate"][5, 0] = 0.1 + sticks / 1000
+        expected = [False] * 3 + [shared == 3] * 3 + [False]
+        assert on_shared_orbits(runs, 1000.0).tolist() == expected
 
 
 # --- continuous slip ------------------------------------------------------------------------------
