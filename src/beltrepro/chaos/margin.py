@@ -13,7 +13,7 @@ import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.irregular import WIDEST, _as_lengths
+from beltrepro.chaos.irregular import WIDEST, as_lengths
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, advanced, exact_case, follow
 from beltrepro.engine.integrator import GROUP_SIZE
 from beltrepro.engine.state import ChainState
@@ -129,7 +129,7 @@ class Track:
         times, states, _ = returns
         order = np.searchsorted(self.times, begin) + np.arange(len(times))
         chain = self.orbit.parameters
-        apart = (states - self.states[order % len(self.times)]) * _as_lengths(chain)
+        apart = (states - self.states[order % len(self.times)]) * as_lengths(chain)
         away = np.abs(apart).max(axis=1)
         limit = WIDEST * (chain.by_block("static_friction") / chain.by_block("stiffness")).max()
         far = np.append(times[away > limit], np.inf)[0]
