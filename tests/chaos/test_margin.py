@@ -113,6 +113,14 @@ def _rates_of_pull(orbit):
             yield (event["force"] - force) / 1e-5
 
 
+@pytest.mark.parametrize(("k", "m"), [(1.0, 1.0), (4.0, 4.0), (16.0, 1.0)])
+def test_the_margin_is_a_length_whatever_the_units_of_mass_and_force(k, m):
+    times, chain = np.sqrt(m / k), {"stiffness": k, "mass": m, "static_friction": 71.4 * k}
+    chain = ChainParameters(3, 12.0 / times, **chain)
+    orbit = periodic_orbit(chain, duration=400 * times, transient=200 * times)
+    assert margin.margin(orbit, slips=4) == pytest.approx(0.0252, rel=1e-3)
+
+
 def test_where_the_first_size_loses_an_orbit_smaller_ones_are_tried(monkeypatch):
     """Of a chain that bears 0.003 alone: from 0.5 down by tenths to 0.0005, then up again."""
     tried = []

@@ -51,6 +51,7 @@ COMMON = {"slides": False, "closed": False, "standard_error": [1e-5, 1e-5], "tim
         ({"exponents": [0.0, -0.02], "noisy": True, "time": 1000.0, "returns": 50}, TRANSIENT),
         ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 1e-5)}, STABLE_CHAOS),
         ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 4e-3)}, TRANSIENT),
+        ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 1e-5), "returns": 19}, TRANSIENT),
         # shrinks by e^18 in half of the time: an orbit that is approached does not count as one yet
         ({"exponents": [0.0, -0.01], "nontrivial": (-0.01, 1e-5), "time": 3600.0}, TRANSIENT),
         ({"exponents": [0.01, 0.0], "nontrivial": (0.01, 1e-5)}, CHAOTIC),
@@ -119,6 +120,26 @@ def test_returns_are_noted_without_a_mean_length_too(transient):
     assert motions["state"].tolist() == [PERIODIC]
     assert motions["period_returns"].tolist() == [1]
     assert motions["period_events"].tolist() == [1]
+
+
+@pytest.mark.parametrize(
+    ("chain", "transient", "period"),
+    [
+        (ChainParameters(3, 1.0), 100.0, 109.405),
+        (ChainParameters(2, 3.0), 20.0, 27.341),
+        *((ChainParameters(3, 12.0), transient, 29.098) for transient in (1.0, 5.0)),
+        (ChainParameters(3, 20.0), 2.0, 75.929),
+        (ChainParameters(3, 1.2, mass=100.0), 50.0, 290.981),
+    ],
+)
+def test_a_motion_is_periodic_however_much_of_its_loading_is_left_out(chain, transient, period):
+    duration = 6000.0 if chain.mass == 1 else 15_000.0
+    motion = classify(chain, duration=duration, transient=transient)
+    assert motion.state == PERIODIC and motion.period_time == pytest.approx(period, abs=1e-3)
+
+
+def test_two_slips_are_no_stable_chaos():
+    assert classify(ChainParameters(1, 0.01), duration=20_000, transient=10_000).state == TRANSIENT
 
 
 def test_the_clock_of_the_noise_is_told_to_the_vectors():

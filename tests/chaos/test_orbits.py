@@ -173,6 +173,12 @@ def test_an_orbit_of_one_block_closes_where_its_spring_is_slack():
     assert abs(orbit.state.displacements[0]) < 1e-6 and orbit.residual < 1e-11
 
 
+@pytest.mark.parametrize("transient", [1.0, 3.0, 5.0])
+def test_an_orbit_is_found_in_whatever_is_left_of_the_loading(transient):
+    orbit = periodic_orbit(ChainParameters(3, 12.0), duration=4000, transient=transient)
+    assert orbit.period_time == pytest.approx(29.09813323, abs=1e-6)
+
+
 def test_a_short_orbit_of_a_light_chain_has_the_r_of_a_long_one():
     """Of a mass of 1e-4 all times are 1/100, and a period is hardly longer than 0.1."""
     long = periodic_orbit(ChainParameters(2, 10.0), duration=6000.0, transient=1000.0)

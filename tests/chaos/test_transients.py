@@ -51,6 +51,14 @@ def test_the_settled_tail_changes_no_irregular_exponent(five):
             assert cut[name][0] == pytest.approx(five[name][row], rel=1e-6)
 
 
+def test_in_a_slow_chain_irregular_motion_is_followed_for_longer():
+    """Blocks of mass 16 take four times as long."""
+    for chain, unit in ((ChainParameters(7, 10.0), 1), (ChainParameters(7, 2.5, mass=16.0), 4)):
+        short, long = (time_to_orbit(chain, duration=unit * time) for time in (1480.0, 1600.0))
+        assert short["irregular_time"] == 0 and np.isnan(short["irregular_exponent"])
+        assert long["irregular_time"] == unit * 1100 and np.isfinite(long["irregular_exponent"])
+
+
 def test_a_run_that_is_given_up_counts_as_irregular(five):
     first = int(np.argmax(five["lifetime"]))
     orbits = time_to_orbit(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)

@@ -149,6 +149,9 @@ def test_a_scan_of_the_shell_goes_on(command, tmp_path):
         assert [bool(row["error"]) for row in rows] == [False] * replicates + [True] * replicates
         assert f"warning: {replicates} of {2 * replicates} chains have failed; the first is" in said
     assert len(beltrepro.Results.load(path)["replicate"]) == 4
+    other = tmp_path / "." / "r.h5"
+    _, said = command("scan", "--force", status=2, **failing | {"output": f"{other}"})
+    assert "is the store" in said and len(beltrepro.Results.load(path)["replicate"]) == 4
 
 
 @pytest.mark.parametrize(("method", "tolerance"), [("event", 1e-10), ("verlet", None)])
@@ -243,7 +246,9 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("simulate", CHAIN | {"mass": "1,3"}, "[1.0, 3.0] has 2 numbers: one number or 3 are"),
         ("simulate", CHAIN | {"mass": "1,,1"}, "--mass: '': a number is needed; see"),
         ("simulate", CHAIN | {"mass": "1:5:1"}, "`beltrepro scan` takes lists and ranges"),
-        ("scan", CHAIN | {"mass": "1,3,1"}, "occurs twice; --replicates 2 makes two runs of each"),
+        ("scan", CHAIN | {"noise": "1,1"}, "occurs twice; --replicates 2 makes two runs of each"),
+        ("scan", CHAIN | {"mass": "1,3,1"}, "occurs twice; a list is an axis; blocks that differ:"),
+        ("scan", CHAIN | {"n_blocks": 3, "mass": "1,2,3"}, "mass = 1,2,3: as many as bl"),
         ("verify", {"list": "run.h5"}, "list = run.h5: must end in .json"),
         ("classify", CHAIN | {"method": "verlet"}, "only 'event' has a tangent dynamics"),
         ("film", CHAIN | {"output": "no/such/folder/a.mp4"}, "its folder does not exist"),

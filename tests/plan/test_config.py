@@ -93,6 +93,7 @@ def test_no_key_takes_nonsense_or_a_misspelt_name(kind):
         ("datasets.motion_map.method", "verlet", "method = verlet: only event has a tangent"),
         ("datasets.u17.friction_ratio", 0.9, "u17.noise = 2.2: with friction_ratio = 0.9 and"),
         ("datasets.u1.sample_interval", 0.0015, "0.0015: method verlet needs a multiple of time_"),
+        ("datasets.u1.sample_interval", 1e9, "sample_interval = 1e+09: at most duration - transi"),
         ("presets.standard.based_on", "standard", "based_on = 'standard': rests on itself"),
         ("presets.smoke.thin", {"value": 3}, "in presets.smoke.thin; did you mean 'values'"),
         (f"{DATASET}.noise.step", 1e-9, "at most 100000"),

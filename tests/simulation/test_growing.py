@@ -164,7 +164,10 @@ def test_other_settings_are_refused_in_one_line(name, there, here, tmp_path):
 
 def test_two_calls_add_to_one_file(tmp_path):
     path, others = tmp_path / "r.h5", [ChainParameters(2, 6.0), ChainParameters(3, 6.0)]
-    (tmp_path / ".unfinished-1-r.h5").write_text("of one that was killed")
+    (tmp_path / ".unfinished-99999999-r.h5").write_text("of one that was killed")
+    alive = [tmp_path / f".unfinished-{name}" for name in ("1-r.h5", "99999999-my-r.h5")]
+    for file in alive:
+        file.write_text("of one that is alive, or of another name")
     told = []
 
     def meanwhile(fraction):
@@ -176,7 +179,7 @@ def test_two_calls_add_to_one_file(tmp_path):
 
     scan(GRID, store=path, progress=meanwhile, **SHORT)
     assert Results.load(path)["n_blocks"].tolist() == [2, 3, *[2] * 6, *[12] * 6]
-    assert list(tmp_path.iterdir()) == [path]
+    assert sorted(tmp_path.iterdir()) == [*alive, path]
 
 
 @pytest.mark.parametrize("place", [".", "r.txt/r.h5", "run.h5", "old.h5"])

@@ -1,5 +1,7 @@
 """Observables of runs and catalogues: the same of both, against plain loops, and of the studies."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -156,6 +158,8 @@ def test_a_section_is_of_the_last_block_where_it_slips():
 
 
 def test_what_is_no_source_is_one_line_that_says_what_is(runs, records):
+    later = replace(runs[1].initial_state, time=0.05)  # as many samples, one less after 150
+    shorter = replace(runs[1], time=runs[1].time - 0.05, initial_state=later)
     calls = [
         (lambda: spectrum(runs[0], sample_interval=1.0), "sample_interval: not together with runs"),
         (lambda: spectrum([runs[0], 5]), r"runs = .*: a Run, a sequence of them"),
@@ -164,6 +168,8 @@ def test_what_is_no_source_is_one_line_that_says_what_is(runs, records):
             lambda: spectrum([runs[0], simulate(CHAINS[0], duration=9)]),
             "at one interval, over one time",
         ),
+        (lambda: spectrum([runs[1], shorter]), "at one interval, over one time"),
+        (lambda: spectrum(np.ones((99, 3)), sample_interval=1.0), r"runs of shape \(99, 3\): \(R"),
         (lambda: slip_sizes(5), "source = 5: the Catalogue of some chains, a Run or a sequence"),
         (lambda: section(runs[0]), "the Catalogue of some chains is needed, whose crossings"),
         (lambda: section(records), r"chains of \[3, 5\] blocks; those of one N are needed"),

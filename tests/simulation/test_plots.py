@@ -218,8 +218,9 @@ def test_chains_that_differ_in_blocks_method_or_time_step_are_no_replicates():
         table.plot_section()
     table.plot_section(where={"mass": "(1, 3, 1)"})
     two = columns(Setup(Grid(3, [1.0, 2.0, 3.0], 1.0, replicates=2))) | {"disorder_parameter": r}
-    for name, values in {"method": ["event", "verlet"] * 3, "time_step": [0.1, 0.2] * 3}.items():
-        drawn_lines = Results(two | {name: np.array(values)}, {}).plot().lines
+    means = {"method": ["event", "verlet"], "time_step": [0.1, 0.2], "initial_spread": [0.0, 1.0]}
+    for name, values in (means | {"tolerance": [1e-10, 1e-9]}).items():
+        drawn_lines = Results(two | {name: np.array(values * 3)}, {}).plot().lines
         assert [line.get_ydata().tolist() for line in drawn_lines] == [[0, 2, 4], [1, 3, 5]]
 
 

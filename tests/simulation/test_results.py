@@ -13,6 +13,7 @@ from beltrepro import (
     ChainState,
     Grid,
     Results,
+    Run,
     basins,
     catalogue,
     classify,
@@ -161,8 +162,9 @@ def test_results_by_chain_and_from_a_file(returned, tmp_path):
             result.save(tmp_path / "run.npz")
     with pytest.raises(InputError, match="not a file of results"):
         Results.load(tmp_path / "run.h5")
-    with pytest.raises(InputError, match=r"r\.csv: pandas.read_csv reads a table"):
-        Results.load(tmp_path / "r.csv")
+    for kind in (Results, Run):
+        with pytest.raises(InputError, match=r"r\.csv: pandas.read_csv reads a table"):
+            kind.load(tmp_path / "r.csv")
     for name, meant in (("r", "disorder_parameter"), ("slip_counts", "slip_count")):
         with pytest.raises(KeyError, match=f"no array '{name}'; did you mean '{meant}'"):
             results[name]

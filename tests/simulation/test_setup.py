@@ -368,6 +368,12 @@ def test_masses_of_blocks_are_not_taken_for_those_of_chains(n_blocks, mass, says
     assert says in str(caught.value)
 
 
+def test_a_grid_of_iterators_can_be_changed():
+    grid = dataclasses.replace(Grid(3, iter([10.0, 20.0]), replicates=iter([4, 7])), noise=1.0)
+    assert [chain.belt_velocity for chain in grid.chains] == [10.0, 10.0, 20.0, 20.0]
+    assert grid.replicate == (4, 7, 4, 7)
+
+
 # --- samples and memory ---
 
 

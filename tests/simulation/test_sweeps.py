@@ -7,6 +7,7 @@ import pytest
 
 from beltrepro import ChainParameters, Grid, Results, Setup, scan, sweep
 from beltrepro.base.errors import InputError
+from beltrepro.simulation import sweeps
 
 CHAIN = ChainParameters(3, 10.0)
 SHORT = {"duration": 60.0, "transient": 20.0, "section_values": 20}
@@ -87,11 +88,13 @@ def test_warnings_of_a_sweep_are_one_line():
         ({"noise": 1.0}, "noise = 1.0: the values that it takes are needed"),
         ({"noise": []}, "noise = []: the values that it takes are needed"),
         ({"noise": [1.0, -1.0]}, "noise = -1: must be at least 0"),
+        ({"noise": [1.0, 50.0]}, "noise = 50: with friction_ratio = 0.45"),
         ({"mass": [1.0, (1, 2)]}, "mass = [1, 2] has 2 numbers"),
         ({"n_blocks": [2, 3]}, "sweep has no argument 'n_blocks'"),
     ],
 )
-def test_a_wrong_sweep_is_told_in_one_line(given, said):
+def test_a_wrong_sweep_is_told_in_one_line_before_the_first_scan(given, said, monkeypatch):
+    monkeypatch.setattr(sweeps, "scan", None)
     with pytest.raises(InputError) as caught:
         sweep(CHAIN, **SHORT, **given)
     assert said in str(caught.value) and "\n" not in str(caught.value)

@@ -102,6 +102,7 @@ def test_errors_of_one_series_are_those_of_its_stretches():
         densities.append(made.density[0])
         errors.append(made.error[0])
     assert np.mean(errors) == pytest.approx(np.std(densities), rel=0.25)
+    np.testing.assert_array_equal(np.isnan(made.error), made.count == 0)
 
 
 def test_values_of_chains_pass_for_their_array():

@@ -55,10 +55,21 @@ def alone(path: Path) -> Iterator[None]:
         with suppress(OSError):  # NFS locks no folder
             fcntl.flock(folder, fcntl.LOCK_EX)  # ends with the process
             for unfinished in path.parent.glob(f"{UNFINISHED}*-{glob.escape(path.name)}"):
-                unfinished.unlink(missing_ok=True)
+                writer, _, name = unfinished.name.removeprefix(UNFINISHED).partition("-")
+                if name == path.name and writer.isdigit() and not _runs(int(writer)):
+                    unfinished.unlink(missing_ok=True)
         yield
     finally:
         os.close(folder)
+
+
+def _runs(process: int) -> bool:
+    """Whether a process is alive."""
+    try:
+        os.kill(process, 0)
+    except (OSError, OverflowError) as error:
+        return isinstance(error, PermissionError)  # of somebody else
+    return True
 
 
 def look_for_room(path: Path, size: int) -> None:

@@ -54,6 +54,8 @@ def write(
 
 def read(path: str | os.PathLike) -> Dataset:
     """Read what `write` wrote: text comes back as str, arrays with their dtype and shape."""
+    if Path(path).suffix.lower() == ".csv":
+        raise InputError(f"path = {path}: pandas.read_csv reads a table; this needs an .h5")
     # Before libhdf5 has it, which does not survive every flipped bit: one in the type of a text is
     # a segmentation fault, after one in the heap of texts it reads on and on.
     seal.check(Path(path))

@@ -18,6 +18,7 @@ from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
+from beltrepro.model.energy import slow_unit
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -40,8 +41,8 @@ _FIRST_WINDOW = 1000.0
 _LONGEST_WINDOW = 250_000.0
 _GROWTH = 0.5  # length of a window as a share of the time before it
 _EARLY = 1 / (1 + _GROWTH)  # share of a run before its last window, unless that is cut short
-# Of the irregular motion: in the first part the vector turns to its direction, and after the last
-# its growth is known well enough.
+# Of the irregular motion, in units of `slow_unit`: in the first part the vector turns to its
+# direction, and after the last its growth is known well enough.
 _ALIGNED, _FOLLOWED = 500.0, 100_000.0
 _SHORTEST = 1000.0  # below this no exponent is given
 _FEWEST = 3  # returns in a window; with fewer the section is moved
@@ -153,7 +154,8 @@ class _Run:
     @property
     def followed(self) -> bool:
         """Whether a deviation goes along."""
-        return self.case.method == METHOD and self.case.state.time - self.start < _FOLLOWED
+        longest = _FOLLOWED * slow_unit(self.case.parameters)
+        return self.case.method == METHOD and self.case.state.time - self.start < longest
 
     def rests(self, duration: float) -> bool:
         """Whether its blocks slip too rarely for returns in its last windows."""
@@ -167,7 +169,7 @@ class _Run:
         middle : of the window; what settles later shows its numbers in the next one.
         """
         times, states, slips = log.returns(lane)
-        places = states * _as_lengths(self.case.parameters)
+        places = states * as_lengths(self.case.parameters)
         self.last_event = max(self.last_event, log.last_event[lane])
         if len(states):
             self.motion["return_state"] = states[-1]
@@ -201,10 +203,11 @@ class _Run:
         lifetime, state = self.motion["lifetime"], self.motion["return_state"]
         rates = np.concatenate([np.empty((0, 1)), *self.growth])
         last = int(min(lifetime, len(rates) * INTERVAL) / INTERVAL)
-        rates = rates[int(_ALIGNED / INTERVAL) : last][None]  # of the irregular motion
+        unit = slow_unit(self.case.parameters)
+        rates = rates[int(_ALIGNED * unit / INTERVAL) : last][None]  # of the irregular motion
         time, exponent, error = rates.shape[1] * INTERVAL, np.nan, np.nan
-        moves = self.last_event - self.start > _ALIGNED
-        if long_enough := moves and time >= _SHORTEST:
+        moves = self.last_event - self.start > _ALIGNED * unit
+        if long_enough := moves and time >= _SHORTEST * unit:
             exponent, error = vectors.slopes(rates).item(), vectors.standard_errors(rates).item()
         return self.motion | {
             "return_state": np.pad(state, (0, width - state.size), constant_values=np.nan),
@@ -263,7 +266,7 @@ def _integrator(members: list[_Run]) -> Integrator:
     return chains
 
 
-def _as_lengths(chain: ChainParameters) -> np.ndarray:
+def as_lengths(chain: ChainParameters) -> np.ndarray:
     """Factors (2N,) that make lengths of the displacements and velocities of a state."""
     # of a block that oscillates, they are as large as its displacements
     times = np.sqrt(chain.by_block("mass") / chain.by_block("stiffness"))

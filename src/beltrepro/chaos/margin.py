@@ -1,7 +1,7 @@
 """The margin of a periodic orbit: the smallest displacement of a block that throws the chain off.
 
 A run that begins beside the orbit is compared with it return by return. It has left the orbit at
-the first return at which some coordinate is further away than `irregular.WIDEST` of F_st.
+the first return at which some coordinate is further away than `irregular.WIDEST` of F_st / k.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.irregular import WIDEST
+from beltrepro.chaos.irregular import WIDEST, as_lengths
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, advanced, exact_case, follow
 from beltrepro.engine.integrator import GROUP_SIZE
 from beltrepro.engine.state import ChainState
@@ -39,7 +39,7 @@ def margin(
     One block is moved, forward or back, at the start of one of its slips. Moved by less than the
     margin the chain comes back to the orbit. From the margin on it can get onto another sequence of
     sticks and slips: at some return of the last block a coordinate is off the orbit by more than
-    0.15 F_st then, or the block does not return for three periods.
+    0.15 F_st / k then, or the block does not return for three periods.
 
     Parameters
     ----------
@@ -128,8 +128,10 @@ class Track:
         """When a run that begins at an instant of the first period leaves it; inf: never."""
         times, states, _ = returns
         order = np.searchsorted(self.times, begin) + np.arange(len(times))
-        away = np.abs(states - self.states[order % len(self.times)]).max(axis=1)
-        limit = WIDEST * self.orbit.parameters.by_block("static_friction").max()
+        chain = self.orbit.parameters
+        apart = (states - self.states[order % len(self.times)]) * as_lengths(chain)
+        away = np.abs(apart).max(axis=1)
+        limit = WIDEST * (chain.by_block("static_friction") / chain.by_block("stiffness")).max()
         far = np.append(times[away > limit], np.inf)[0]
         gaps = np.diff(np.concatenate([[0.0], times, [duration]]))
         late = gaps > _LATE * self.orbit.period_time

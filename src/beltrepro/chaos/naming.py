@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from beltrepro.chaos import vectors
-from beltrepro.chaos.periodic_orbits import MOMENTS, moments_of_orbit
+from beltrepro.chaos.periodic_orbits import MOMENTS, loading_time, moments_of_orbit, with_lengths
 from beltrepro.chaos.vectors import REST
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
@@ -20,19 +20,11 @@ from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import normal_modes
 from beltrepro.model.parameters import LONGEST
-from beltrepro.model.spring import balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.gathering import gathered
-from beltrepro.simulation.groups import (
-    Group,
-    Report,
-    integrator_of,
-    moments_interval,
-    moments_of,
-    observe,
-)
+from beltrepro.simulation.groups import Group, Report, moments_interval, moments_of
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
@@ -149,7 +141,7 @@ def _judged(
 ) -> dict[str, np.ndarray]:
     members, report = group.cases, group.report
     observed, share = duration - transient, transient / duration
-    chains = _after(members, transient, noise_clock, vectors.part(report, 0, share))
+    chains = _after(members, transient, observed, noise_clock, vectors.part(report, 0, share))
     begin, half = chains.time, chains.time + (1 - _END) * observed
     moments, log = LengthMoments(len(members), begin), ReturnLog(len(members))
     stuck = MostStuck(np.array([np.sum(state.directions == 0) for state in chains.state()]))
@@ -199,22 +191,14 @@ def _judged(
 
 
 def _after(
-    members: list[Case], transient: float, noise_clock: str, report: Report
+    members: list[Case], transient: float, observed: float, noise_clock: str, report: Report
 ) -> TangentIntegrator:
     """The chains after the transient, with vectors, and a section at their mean length."""
-    # every motion comes down through its mean length again and again
-    chain = members[0].parameters
     sampling = Sampling(1, moments_interval(members[0]))
-    before = integrator_of(members, sampling=sampling)
-    positions = np.full(len(members), section_position(chain))
-    if transient > 0:
-        lengths = LengthMoments(len(members), before.time + 0.5 * transient)
-        observe(before, transient, [lengths], report)
-        mean = lengths.result(chain.rest_positions[-1])["mean_length"]
-        positions = np.where(np.isfinite(mean), mean, positions)
-    section = Section(chain.n_blocks, positions)
+    states, lengths = with_lengths(members, transient, observed, sampling, report)
+    section = Section(members[0].parameters.n_blocks, lengths)
     settings = _VECTORS, sampling, section, noise_clock
-    return vectors.with_vectors(before.state(), members[0], *settings, across=True)
+    return vectors.with_vectors(states, members[0], *settings, across=True)
 
 
 def period_of(closed: Recurrence | None, slips: np.ndarray) -> dict[str, float]:
@@ -260,7 +244,7 @@ def _loading_and_cycles(case: Case) -> tuple[float, float]:
     The belt carries a single block from 2 f_s F_st - F_st to F_st before it slips, others less far.
     """
     chain = case.parameters
-    loading = float(balance_length(chain) - case.state.positions[-1]) / chain.belt_velocity
+    loading = loading_time(chain, case.state.positions)
     threshold, ratio = chain.by_block("static_friction"), chain.by_block("friction_ratio")
     carried = float((2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max())
     return _AMPLE * loading, _CYCLES * max(carried / chain.belt_velocity, _slowest(chain))

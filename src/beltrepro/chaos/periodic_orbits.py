@@ -19,8 +19,8 @@ from beltrepro.chaos.vectors import METHOD, NO_SAMPLES, check_method, part, with
 from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import times_as_fast
-from beltrepro.model.spring import acceleration, section_position
+from beltrepro.model.energy import slow_unit, times_as_fast
+from beltrepro.model.spring import acceleration, balance_length, section_position
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import EventLog
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 MOMENTS = ("disorder_parameter", "mean_length")
 _TIME_STEP = 0.001  # of no effect without noise
+_AHEAD = 10  # times the loading from undeformed springs
 _STEPS = 8  # of Newton's method, which needs two or three from a state that has come back to 1e-8
 _OFF_MIDDLE = 0.125  # share of the time between two events by which a state may be off its middle
 _NEAR = 0.5  # share of the period by which it may change: every state comes back after no time
@@ -197,15 +198,11 @@ def periodic_orbit(
         raise InputError("transient = 0: must be greater than 0, a chain needs time to settle")
     check_progress(progress)
     observed, share = duration - transient, transient / duration
-    moments, report = LengthMoments(1, case.state.time + transient / 2), part(progress, 0, share)
-    how: dict = {"sampling": for_moments([case]), "report": report}
-    (settled,) = advanced([case], transient, moments, **how)
-    # every motion comes down through its mean length again and again
-    length = moments.result(case.parameters.rest_positions[-1])["mean_length"][0]
-    length = length if np.isfinite(length) else section_position(case.parameters)
-    log, report = ReturnLog(1), part(progress, share, 1)
-    begun = [replace(case, state=settled)]
-    (end,) = advanced(begun, observed, log, length=length, report=report)
+    log, report = ReturnLog(1), part(progress, 0, share)
+    how = transient, observed, for_moments([case]), report
+    (begun,), (length,) = with_lengths([case], *how)
+    report, start = part(progress, share, 1), [replace(case, state=begun)]
+    (end,) = advanced(start, observed, log, length=length, report=report)
     times, states, _ = log.returns(0)
     recurrence = find_recurrence(states, times)
     if recurrence is None:
@@ -214,6 +211,32 @@ def periodic_orbit(
             "units; the motion has not settled, or not on a periodic orbit"
         )
     return close_orbit(end, recurrence.time, case.tolerance)
+
+
+def with_lengths(
+    cases: Sequence[Case], transient: float, observed: float, sampling: Sampling, report: Report
+) -> tuple[list[ChainState], np.ndarray]:
+    """Chains after a transient, and lengths (W,) through which they come down from then on."""
+    # every motion comes down through its mean length again and again, once it has loaded
+    chains, rest = integrator_of(cases, sampling=sampling), cases[0].parameters.rest_positions[-1]
+    moments = LengthMoments(len(cases), chains.time + 0.5 * transient)
+    if transient > 0:
+        observe(chains, transient, [moments], report)
+    states, lengths = chains.state(), moments.result(rest)["mean_length"]
+    loading = np.array([loading_time(case.parameters, case.state.positions) for case in cases])
+    if np.any(loads := 0.5 * transient < loading):  # it is looked for in what comes then
+        whole = [loading_time(one.parameters, one.parameters.rest_positions) for one in cases]
+        ahead = loading.max() + _AHEAD * max(*whole, slow_unit(cases[0].parameters))
+        later = LengthMoments(len(cases), chains.time + loading.max())
+        observe(chains, min(observed, ahead), [later], lambda done: None)
+        lengths = np.where(loads, later.result(rest)["mean_length"], lengths)
+    rule = [section_position(case.parameters) for case in cases]
+    return states, np.where(np.isfinite(lengths), lengths, rule)
+
+
+def loading_time(chain: ChainParameters, positions: np.ndarray) -> float:
+    """Model time in which the belt brings a chain to where springs balance friction."""
+    return float(balance_length(chain) - positions[-1]) / chain.belt_velocity
 
 
 def check_exact(cases: Sequence[Case]) -> None:

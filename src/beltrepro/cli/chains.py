@@ -5,7 +5,7 @@ from pathlib import Path
 
 import beltrepro
 from beltrepro.base.checks import within
-from beltrepro.base.errors import needing
+from beltrepro.base.errors import InputError, needing
 from beltrepro.cli import options as shared
 
 _SHOWN = ("disorder_parameter", "mean_length", "section_count", "laminar_fraction")
@@ -69,6 +69,9 @@ def scan(options: argparse.Namespace) -> None:
     if options.json or options.output is None or options.output.suffix.lower() == ".csv":
         with needing("a table"):  # before hours of computing
             import pandas  # noqa: F401
+    if options.output and options.store and options.output.resolve() == options.store.resolve():
+        raise InputError(f"output = {options.output}: is the store, which keeps all runs anyway")
+    shared.check_axes(options)
     chains = beltrepro.Grid(**shared.values(options, *shared.CHAIN, "replicates"))
     names = (name for name, *_ in (*shared.NUMERICS, shared.SEED, shared.SPREAD))
     settings = shared.values(options, *names, "workers", "on_error", "store")

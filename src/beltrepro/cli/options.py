@@ -7,7 +7,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, Field, fields
 from functools import partial
 from itertools import takewhile
@@ -134,7 +134,7 @@ def _add_option(group: Any, name: str, kind: Any, default: Any, words: str) -> N
         group.add_argument(flag, type=kind, metavar=metavar, help=words, **how)
 
 
-def chain_options(kind: Callable[[str], Any] | None = None) -> list:
+def chain_options(kind: Callable[..., Any] | None = None) -> list:
     """Which chain, with the words of `ChainParameters`; the law last.
 
     kind : of all values; if not given each is a number, and some may be one for each block.
@@ -146,7 +146,7 @@ def chain_options(kind: Callable[[str], Any] | None = None) -> list:
     for python in ("math.", "`"):  # what only Python takes
         text = text.replace(python, "")
     words = dict(re.findall(r"^(\w+) : .*\n    (.+)\.$", text, re.M))
-    kinds = dict.fromkeys(PER_BLOCK, kind or by_block)
+    kinds = dict.fromkeys(PER_BLOCK, partial(kind, of_blocks=True) if kind else by_block)
     rows = [
         field_option(one, words.get(one.name, ""), kinds.get(one.name, kind))
         for one in fields(ChainParameters)
@@ -169,8 +169,14 @@ def by_block(text: str) -> float | tuple[float, ...]:
     return (first, *others) if others else first
 
 
-def grid(text: str) -> list[float]:
-    """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends."""
+_DIFFER = "a list is an axis; blocks that differ: `beltrepro simulate` or Python"
+
+
+def grid(text: str, of_blocks: bool = False) -> Sequence[float]:
+    """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends.
+
+    of_blocks : whether each block can have one of its own; a list is a tuple then.
+    """
     numbers: list[float] = []
     try:
         for part in text.split(","):
@@ -182,9 +188,19 @@ def grid(text: str) -> list[float]:
         words = "a number, a list 1,2,5 or a range START:STOP:STEP is needed"
         raise argparse.ArgumentTypeError(f"{shown(text)}: {words}") from None
     if len(set(numbers)) < len(numbers):
-        words = "the same value occurs twice; --replicates 2 makes two runs of each"
-        raise argparse.ArgumentTypeError(f"{shown(text)}: {words}")
-    return numbers
+        words = _DIFFER if of_blocks else "--replicates 2 makes two runs of each"
+        raise argparse.ArgumentTypeError(f"{shown(text)}: the same value occurs twice; {words}")
+    return tuple(numbers) if of_blocks and ":" not in text else numbers
+
+
+def check_axes(options: argparse.Namespace) -> None:
+    """Refuse lists that can be meant as the numbers of the blocks of one chain."""
+    for name in PER_BLOCK:
+        if isinstance(numbers := getattr(options, name), tuple):
+            if options.n_blocks == [len(numbers)] != [1]:
+                text = ",".join(f"{number:g}" for number in numbers)
+                raise InputError(f"{name} = {text}: as many as blocks; {_DIFFER}")
+            setattr(options, name, list(numbers))
 
 
 def values(options: Any, *names: str) -> dict[str, Any]:

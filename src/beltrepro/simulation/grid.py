@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from numbers import Real
 from typing import Any, TypeAlias, TypeVar
@@ -84,6 +84,9 @@ class Grid:
         for name in PER_BLOCK:
             _check_chains(name, getattr(self, name), axes)
         copies = _replicates(self.replicates)
+        for name, values in (axes | {"replicates": copies}).items():
+            if isinstance(getattr(self, name), Iterator):  # it has no values any more
+                object.__setattr__(self, name, values)
         count = len(copies) * (combinations := math.prod(map(len, axes.values())))
         if not 1 <= count <= MOST_CHAINS:
             largest = max(axes, key=lambda name: len(axes[name]))

@@ -94,18 +94,21 @@ def spectrum(
     if sampled := _runs(runs):
         if sample_interval is not None:
             raise InputError("sample_interval: not together with runs, which have their own")
-        if len({(run.sample_interval, *run.time.shape, run.transient) for run in sampled}) > 1:
+        late = [run.time >= run.initial_state.time + run.transient for run in sampled]
+        values = [run.positions[kept, -1] for run, kept in zip(sampled, late, strict=True)]
+        spans = zip(sampled, map(len, values), strict=True)
+        if len({(run.sample_interval, count, run.transient) for run, count in spans}) > 1:
             raise InputError("runs: samples at one interval, over one time, are needed of all")
         if any(len(run.belt) > 1 for run in sampled):
             warn("the belt changes its velocity: this is the spectrum of all velocities together")
-        late = [run.time >= run.initial_state.time + run.transient for run in sampled]
-        values = [run.positions[kept, -1] for run, kept in zip(sampled, late, strict=True)]
         interval = float(np.median(np.diff(sampled[0].time))) if values[0].size else np.nan
     else:
         values = np.atleast_2d(checks.as_numbers(runs))
         if values.ndim > 2 or not values.size or not np.isfinite(values).all():
             needed = "a Run, a sequence of them, or an array of samples (T,) or (R, T) is needed"
             raise InputError(f"runs = {shown(runs)}: {needed}")
+        if len(values) > values.shape[1]:
+            raise InputError(f"runs of shape {values.shape}: (R, T) is needed, series are rows")
         interval = checks.positive("sample_interval", sample_interval)
     values = np.array(values)
     require(values.shape[1] >= 16, f"{values.shape[1]} samples, a spectrum needs 16")

@@ -141,7 +141,9 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
 
     The way of a sweep is such: a motion met on the way up is no replicate of one on the way down.
     """
-    columns, compared = _columns(table), (*QUANTITIES, "way", "method", "time_step")
+    columns = _columns(table)
+    compared = [*QUANTITIES, "way", "method", "time_step", "tolerance"]
+    compared += ["initial_spread"] * ("way" not in columns)  # a sweep has one at its first value
     many = {name: np.unique(columns[name][chosen]).size for name in compared if name in columns}
     differing = sorted((name for name in many if many[name] > 1), key=lambda name: -many[name])
     if x is None:

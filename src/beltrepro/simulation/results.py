@@ -223,9 +223,7 @@ class Results(Arrays):
         InputError
             The file is missing, damaged, or holds something else.
         """
-        if checks.path("path", path).suffix.lower() == ".csv":
-            raise InputError(f"path = {path}: pandas.read_csv reads a table; this needs an .h5")
-        data = store.read(path)
+        data = store.read(checks.path("path", path))
         if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
             raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
         data.attributes.pop("coordinates", None)

@@ -83,11 +83,12 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         made = setup_of(with_value(chains, quantity, values[0]), setup)
-        for value in values:  # a wrong one is refused now
-            replace(made.cases[0].parameters, **{quantity: value})
+        with warnings.catch_warnings(action="ignore"):  # a wrong one is refused now
+            for value in values:
+                _continued(made, quantity, value, [case.state for case in made.cases])
         for step, value in enumerate(values):
             if parts:
-                made = _continued(made, quantity, value, parts[-1])
+                made = _continued(made, quantity, value, parts[-1].final_states)
             report = partial(_reported, progress, step, len(values)) if progress else None
             parts.append(scan(made, **settings, progress=report))
     if heard:
@@ -112,11 +113,11 @@ def _swept(given: dict[str, Any]) -> tuple[str, list]:
     return name, listed
 
 
-def _continued(made: Setup, quantity: str, value: Any, last: Results) -> Setup:
+def _continued(made: Setup, quantity: str, value: Any, states: Any) -> Setup:
     """The chains at the next value, from where they have ended."""
     chains = [replace(case.parameters, **{quantity: value}) for case in made.cases]
     begin: Any = dict.fromkeys(("seed", "replicate", "initial_positions"))
-    begin |= {"initial_spread": 0.0, "initial_state": last.final_states}
+    begin |= {"initial_spread": 0.0, "initial_state": states}
     return replace(made, chains=chains, **begin)
 
 

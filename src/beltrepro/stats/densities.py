@@ -143,13 +143,16 @@ class Density:
 
     @property
     def error(self) -> np.ndarray:
-        """Standard error of the density (B,), by leaving out one chain after the other."""
+        """Standard error of the density (B,), by leaving out one chain after the other.
+
+        NaN where it is not known: in bins without a value, and of one chain.
+        """
         chains = len(self.counts)
         if chains < 2:
             return np.full(self.centre.size, np.nan)
         total = self.count - self.counts
         without = total / (total.sum(axis=1, keepdims=True) * self.width)
-        return np.sqrt((chains - 1) * without.var(axis=0))
+        return np.where(self.count, np.sqrt((chains - 1) * without.var(axis=0)), np.nan)
 
     def law(self) -> PowerLaw:
         """Power law through all bins, weighted by their counts: the exponents that Fig. 9 prints.

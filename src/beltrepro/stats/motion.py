@@ -29,6 +29,7 @@ FOLDINGS = 5.0
 # not zero: the statement that it is zero needs a time that long. The chains that are chaotic take
 # some ten returns.
 RETURNS = 200
+_FEWEST = 20  # returns of motion that is called irregular though it contracts
 # Share of the time in which deviations must shrink as far as to the distance at which states count
 # as one: what approaches an orbit has come back by then, and only irregular motion has not.
 _HALF = 0.5
@@ -81,6 +82,8 @@ def name_motion(
     if np.sum(resolved & (np.abs(values) <= least)) > n_trivial:
         return QUASI_PERIODIC
     exponent, error = nontrivial
+    if returns < _FEWEST:
+        return TRANSIENT
     if exponent < -resolution(error, time) and -exponent * time * _HALF > -np.log(CLOSED):
         return STABLE_CHAOS
     return TRANSIENT

@@ -95,6 +95,8 @@ class Kind(NamedTuple):
             if settings["section_position"] is None:
                 yield "section_position is missing: section_block needs one, for the file to name"
         interval = settings.get("sample_interval", 0)
+        if interval and interval > (observed := settings["duration"] - settings["transient"]):
+            yield f"sample_interval = {interval:g}: at most duration - transient = {observed:g}"
         for step in {point.time_step for point in points if point.method == "verlet"}:
             if abs(round(interval / step) * step - interval) > 1e-9 * interval:
                 needed = f"method verlet needs a multiple of time_step = {step:g}"
