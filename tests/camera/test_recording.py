@@ -9,8 +9,6 @@ from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.replication.camera.scene import lengths_of_blocks
 from beltrepro.replication.studies.experiment.measure import (
-    TABLES,
-    recordings,
     tracking_error,
 )
 from beltrepro.stats.spectra import lines, spacing
@@ -229,16 +227,3 @@ def test_errors_of_a_track():
     for time in (np.arange(50) / RATE + 0.01, np.arange(2001) / RATE):
         with pytest.raises(NotEnoughDataError, match="other instants"):
             tracking_error(time, np.ones(time.size), true, 1 / RATE)
-
-
-def test_table_has_a_row_for_each_film_with_its_errors():
-    table = recordings(FULL).set_index("film")
-    assert list(table.index) == ["belt_022", "belt_028", "belt_035"]
-    assert set(TABLES["recordings"].columns) - {"film"} <= set(table.columns)
-    row = table.loc["belt_028"]
-    assert row["belt_speed"] == pytest.approx(0.28)
-    assert row["r_run"] == pytest.approx(float(FULL["belt_028"].arrays["disorder_parameter"]))
-    assert row["r_sampled"] == pytest.approx(row["r_run"], rel=1e-4)
-    assert row["scatter"] == pytest.approx(1e-4 / recorded.PIXEL, rel=0.02)
-    assert row["small_tracked"] == pytest.approx(0.12, abs=0.003)
-    assert row["seconds"] == pytest.approx(1000)

@@ -82,7 +82,7 @@ def test_what_a_dataset_is_too_small_for_is_published(given, tmp_path):
     assert (tmp_path / "again/fig09.png").exists()
 
 
-def test_a_reduction_is_kept_by_what_it_is_told_and_asks_for_the_dataset():
+def test_a_reduction_is_kept_by_its_arguments_and_asks_for_the_dataset():
     @panels.reduced
     def _last(dataset, count):
         if count > 3:
@@ -96,8 +96,19 @@ def test_a_reduction_is_kept_by_what_it_is_told_and_asks_for_the_dataset():
     for dataset in (whole, published, published):
         with pytest.raises(NotEnoughDataError, match=r"^too few$"):
             _last(dataset, 4)
+    assert _last(published, np.int64(1))["time"].tolist() == [2]  # a number as any other
     with pytest.raises(InputError, match="u1: its excerpt has no 'last 3'"):
         _last(published, 3)
+    _last.__wrapped__.__module__ = "another"
+    with pytest.raises(ValueError, match="last of another would be taken"):
+        panels.reduced(_last.__wrapped__)
+
+
+def test_an_array_that_is_not_published_is_one_line():
+    excerpt = excerpts._excerpt(Dataset({}, {"config": '{"points": {"count": 2}}', "noise": 1.0}))
+    assert excerpt.arrays["noise"].tolist() == [1.0, 1.0] and "positions" not in excerpt.arrays
+    with pytest.raises(InputError, match="'positions' is not published"):
+        excerpt.arrays["positions"]
 
 
 def test_a_thinned_curve_has_its_ends_and_the_extremes_of_narrow_columns():

@@ -105,7 +105,8 @@ def test_the_spectrum_of_a_run_is_that_of_its_last_block_after_the_transient(run
     np.testing.assert_allclose(both.power, (alone.power + spectrum(runs[1]).power) / 2)
     assert not alone.plot().get_legend()
     assert alone.exponent(0.3, 2).runs == 7 and both.exponent(0.3, 2).runs == 14
-    ax, law = alone.plot(color="red"), alone.law(0.3, 2)
+    law = alone.law(0.3, 2)
+    ax = alone.plot(law=law, color="red")
     pale, medians, fitted = ax.lines
     assert np.array_equal(pale.get_xydata(), np.transpose([alone.frequency, alone.power]))
     assert {medians.get_color(), pale.get_color()} == {"red"} and ax.get_yscale() == "log"

@@ -10,7 +10,7 @@ from beltrepro.replication.plan.attractors import basin_starts, births, sweeps
 from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.stats.estimates import share
-from made_up import data, few_resamples, grades, measured  # noqa: F401
+from made_up import data, few_resamples, grades, measured, settled  # noqa: F401
 
 ELSEWHERE = {"duration": 4000.0, "transient": 2000.0}
 
@@ -258,7 +258,11 @@ def test_where_chaos_ends(wide, near, verdict):
     close = figure_data.chaos_ends(u, 11)
     lasting = np.abs(close.arrays["belt_velocity"] - 10.75) < 6e-4
     close.arrays["settled"] = ~lasting | (near > 10.75)
-    assert grades("chaos-ends", chaos_ends=made, chaos_ends_near=close)[""] == verdict
+    slow = settled([2e6, 5e5, 2.5e6, 5e5], u=[0.5, 0.75, 1, 2], duration=2.5e6)
+    runs = {"chaos_ends": made, "chaos_ends_near": close, "survival_long": slow}
+    assert grades("chaos-ends", **runs)[""] == verdict
+    slow = measured("chaos-ends", **runs).numbers["irregular for 1e6, u below 2"]
+    assert (slow.value, slow.runs) == (2 / 3, 3)
 
 
 @pytest.mark.parametrize(

@@ -70,17 +70,15 @@ def test_motions_and_exponents_under_noise_by_a_plain_loop():
         "period_events": rng.integers(0, 30, u.size),
         "disorder_parameter": rng.random(u.size),
     }
-    data = {name: Dataset(arrays, {}) for name in ("motion_map", "noisy_motion")}
-    table = measure.motions(data).set_index(["n_blocks", "belt_velocity"])
-    noisy = measure.noisy_motions(data).set_index(["noise", "belt_velocity"])
-    assert len(table) == len(noisy) == 3
+    table = measure.motions({"motion_map": Dataset(arrays, {})}).set_index(
+        ["n_blocks", "belt_velocity"]
+    )
+    assert len(table) == 3
     for (n, velocity), row in table.iterrows():
         runs = [k for k in range(u.size) if (n_blocks[k], u[k]) == (n, velocity)]
         exponents = arrays["largest_exponent"][runs]
         mean = [exponents.mean(), exponents.std(ddof=1) / np.sqrt(len(runs))]
         np.testing.assert_allclose(row[["exponent", "error"]].astype(float), mean)
-        under_noise = noisy.loc[(n / 10, velocity)]
-        np.testing.assert_allclose(under_noise[["exponent", "error"]].astype(float), mean)
         assert row["runs"] == len(runs)
         r = arrays["disorder_parameter"][runs]
         assert row["longest_period"] == max(arrays["period_events"][runs])

@@ -16,7 +16,7 @@ POINTS = ("belt_velocity", "disorder_parameter")
 
 
 # made from data of other tests: of films, series and pairs
-ELSEWHERE = {"recordings", "agreement"}
+ELSEWHERE = {"agreement"}
 
 
 @pytest.mark.parametrize("name", sorted(set(TABLES) - ELSEWHERE))

@@ -45,22 +45,21 @@ def _runs(value: Any) -> list[Run]:
 class PowerSpectrum(spectra.PowerSpectrum):
     __doc__ = spectra.PowerSpectrum.__doc__
 
-    @names.checked
-    def law(self, low: float, high: float) -> PowerLaw:
-        vars(self)["_asked"] = law = super().law(low, high)
-        return law
-
-    law.__doc__ = spectra.PowerSpectrum.law.__doc__
-
     @one_panel
-    def plot(self, path: str | Path | None = None, *, ax: Any = None, **look: Any) -> Axes:
+    def plot(
+        self, path: str | Path | None = None, *, ax: Any = None, law: PowerLaw | None = None,
+        **look: Any,
+    ) -> Axes:  # fmt: skip
         """Draw the power by frequency, pale, and its medians, on logarithmic axes.
 
-        With the `law` or `exponent` that was asked for last, over the range of its fit.
+        Parameters
+        ----------
+        law : PowerLaw, optional
+            What `law` gave, to be drawn over the range of its fit.
         """
         from beltrepro.simulation import plots
 
-        return plots.spectrum(ax, self, vars(self).get("_asked"), look)
+        return plots.spectrum(ax, self, law, look)
 
 
 @names.checked

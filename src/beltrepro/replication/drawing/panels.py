@@ -6,6 +6,7 @@ import string
 import textwrap
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from numbers import Real
 
 import numpy as np
 
@@ -59,24 +60,32 @@ class Excerpt(Dataset):
     drawn: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
 
 
+_REDUCED: dict[str, str] = {}  # modules of what reduces datasets, by name
+
+
 def reduced(reduce):
     """Decorator of what reduces a large dataset to the few arrays, by name, that a figure draws.
 
-    It is told the dataset, then words and numbers, then what else it reads. What it returns is
-    published in place of the dataset (`report/excerpts.py`).
+    Its arguments are the dataset, then words and numbers, then what else it reads. What it returns
+    is published in place of the dataset, under its name and these words and numbers
+    (`report/excerpts.py`).
     """
+    name, module = reduce.__name__.strip("_"), reduce.__module__
+    if _REDUCED.setdefault(name, module) != module:
+        raise ValueError(f"{name} of {module} would be taken for that of {_REDUCED[name]}")
 
     @functools.wraps(reduce)
-    def reduced_to(dataset, *how):
+    def reduced_to(dataset, *arguments):
         drawn = dataset.drawn if isinstance(dataset, Excerpt) else {}
-        told = [f"{one}" for one in how if isinstance(one, str | int | float)]
-        place = " ".join([reduce.__name__.strip("_"), *told])
+        place = " ".join([name, *(f"{one}" for one in arguments if isinstance(one, str | Real))])
         if place not in drawn:
             if dataset.attributes.get("kind") == EXCERPT:
-                name = dataset.attributes["dataset"]
-                raise InputError(f"{name}: its excerpt has no {place!r}, which needs the dataset")
+                raise InputError(
+                    f"{dataset.attributes['dataset']}: its excerpt has no {place!r}; "
+                    "this is drawn from the dataset"
+                )
             try:
-                drawn[place] = reduce(dataset, *how)
+                drawn[place] = reduce(dataset, *arguments)
             except NotEnoughDataError as reason:
                 drawn[place] = {_SHORTAGE: np.array(str(reason))}
         if _SHORTAGE in drawn[place]:

@@ -35,6 +35,13 @@ WHOLE = {
 }  # fmt: skip
 
 
+class _Published(dict):
+    """Arrays by name, of which only those of `WHOLE` are there."""
+
+    def __missing__(self, name: str) -> Any:
+        raise InputError(f"{name!r} is not published; figures of a run (`make`) have all arrays")
+
+
 def excerpts(results: Path) -> dict[str, Excerpt]:
     """Excerpts of the datasets behind the figures of a run, which are drawn for that."""
     made: dict[str, Excerpt] = {}
@@ -109,7 +116,8 @@ def _excerpt(dataset: Dataset) -> Excerpt:
     """An excerpt as it was written."""
     about = dataset.attributes
     count = json.loads(about["config"])["points"]["count"]
-    one = Excerpt({name: np.full(count, about[name]) for name in _alike(about)}, about)
+    alike = {name: np.full(count, about[name]) for name in _alike(about)}
+    one = Excerpt(_Published(alike), about)
     for name, values in dataset.arrays.items():
         place, _, array = name.rpartition("/")
         (one.drawn.setdefault(place, {}) if place else one.arrays)[array] = values

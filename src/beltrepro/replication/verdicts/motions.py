@@ -21,6 +21,7 @@ from beltrepro.stats.places import part_of, share_over
 
 N_BLOCKS = 5
 LONG = 1e5  # ten times the longest mean lifetime of a transient that the paper allows
+PERMANENT = 1e6  # which the paper discards before it looks
 # The runs of each reading: of the exact dynamics, the first dataset with runs at a point serves.
 SETTLING = {
     SCHEME: ("survival_scheme",),

@@ -114,8 +114,8 @@ def fig09(data):
         except NotEnoughDataError as reason:
             for axes in (above, below):
                 panels.note(axes, str(reason))
-    bins = (every[::3] for every in grid[0].get_legend_handles_labels())
-    figure.legend(*bins, loc="outside upper center", ncols=2)
+    entries = grid[0].get_legend_handles_labels()  # a line of each width of bins, and laws between
+    figure.legend(*(entry[::3] for entry in entries), loc="outside upper center", ncols=2)
     return figure
 
 
@@ -147,8 +147,8 @@ def _densities(axes, below, dataset, what, claim):
     panels.printed_slope(axes, law, printed(claim))
     panels.plain_log(axes.xaxis, subs=(1, 2, 5) if fine.centre[0] < 1000 else (1, 3))
     axes.tick_params(labelbottom=False)
-    laws = (every[1:3] for every in axes.get_legend_handles_labels())
-    ours, _ = axes.legend(*laws, loc="lower left").get_texts()
+    entries = axes.get_legend_handles_labels()
+    ours, _ = axes.legend(*(laws[1:3] for laws in entries), loc="lower left").get_texts()
     panels.shows(ours, claim, "exponent")
     place, slope = measure.local_exponents(fine, LOCAL, LEAST_IN_BIN)
     below.plot(place, slope, color="0.4", linewidth=0.8)
@@ -227,10 +227,11 @@ def avalanches(data):
     figure, (left, right, scaled) = panels.page(4.05, "aa;bc", height_ratios=(1.3, 1))
     left.set(xlabel=r"$\Delta E$", ylabel=r"$P(\Delta E)$", xscale="log", yscale="log")
     right.set(xlabel="$N$", ylabel=r"$\Delta E$", xscale="log", yscale="log")
-    every = {data[name].attributes["n_blocks"]: data[name] for name in FIGURES["avalanches"].uses}
+    catalogues = (data[name] for name in FIGURES["avalanches"].uses)
+    by_size = {one.attributes["n_blocks"]: one for one in catalogues}
     densities = {}
     with panels.shortage_on(left):
-        for index, (n_blocks, dataset) in enumerate(every.items()):
+        for index, (n_blocks, dataset) in enumerate(by_size.items()):
             binned = Density(**_binned(dataset, "all avalanches", BINS_PER_DECADE))
             label = f"$N = {n_blocks}$, {binned.count.sum()} avalanches"
             look = style.line_style(index) | style.look_of_size(n_blocks)
@@ -240,7 +241,7 @@ def avalanches(data):
         left.legend(loc="lower left")
     scaled.set(xlabel=r"$\Delta E / N^p$", ylabel=r"$N^p P(\Delta E)$", xscale="log", yscale="log")
     try:
-        _scaled(scaled, densities, _cutoffs(right, every))
+        _scaled(scaled, densities, _cutoffs(right, by_size))
     except NotEnoughDataError as reason:
         for axes in (right, scaled):
             panels.note(axes, str(reason), width=14)
@@ -263,9 +264,9 @@ def _cutoff(dataset):
     return {"log": np.array(measure.log_cutoff(sample).numbers), "largest": sample.values.max()}
 
 
-def _cutoffs(axes, every):
+def _cutoffs(axes, by_size):
     """Cutoffs and their power of N, which is returned; without N = 3, whose motion is another."""
-    ends = {n: _cutoff(dataset) for n, dataset in every.items()}
+    ends = {n: _cutoff(dataset) for n, dataset in by_size.items()}
     logs = {n: Estimate(*end["log"]) for n, end in ends.items()}
     n_blocks, cutoffs, _ = measure.growth(logs)
     growth = measure.growth({n: log for n, log in logs.items() if n >= LEAST_FITTED})

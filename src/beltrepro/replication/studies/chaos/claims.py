@@ -12,11 +12,10 @@ from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
-from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, SETTLING, Settling
+from beltrepro.replication.verdicts.motions import LONG, N_BLOCKS, PERMANENT, SETTLING, Settling
 from beltrepro.stats import estimates, states
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 
-PERMANENT = 1e6  # which the paper discards before it looks
 SAME_STARTS = {SCHEME: ("survival_scheme",), EXACT: ("survival_long",)}
 CATALOGUES = {SCHEME: "slips_u1", EXACT: "slips_u1_event"}
 # `survival_many` where a preset has no long runs there

@@ -13,7 +13,6 @@ from beltrepro.stats.motion import MOTIONS, PERIODIC, UNSETTLED
 
 TABLES = {
     "motions": Table(uses=("motion_map",)),
-    "noisy_motions": Table(uses=("noisy_motion",)),
     "mean_lifetimes": Table(uses=("survival", "survival_many", "survival_long")),
 }
 POINT = ("n_blocks", "belt_velocity", "initial_spread")
@@ -35,15 +34,6 @@ def motions(data) -> pd.DataFrame:
         row["r_periodic"] = pd.Series(disorder[state == PERIODIC]).mean()
         row["r_irregular"] = pd.Series(disorder[np.isin(state, UNSETTLED)]).mean()
         rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def noisy_motions(data) -> pd.DataFrame:
-    """A row for each belt velocity and noise."""
-    arrays = data["noisy_motion"].arrays
-    rows = []
-    for place, runs in by_point(arrays, "belt_velocity", "noise"):
-        rows.append(place | _exponent(arrays["largest_exponent"][runs]))
     return pd.DataFrame(rows)
 
 

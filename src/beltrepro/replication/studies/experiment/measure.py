@@ -9,7 +9,7 @@ import pandas as pd
 
 from beltrepro.base.errors import require
 from beltrepro.model.units import from_si, to_si
-from beltrepro.replication.camera.recording import LASTING_S, analyse
+from beltrepro.replication.camera.recording import LASTING_S
 from beltrepro.replication.camera.scene import Scene, lengths_of_blocks
 from beltrepro.replication.plan.registry import Table
 from beltrepro.replication.verdicts.evidence import by_point
@@ -18,16 +18,6 @@ from beltrepro.stats.estimates import share
 TABLES = {
     "alternation": Table(uses=("trials_free",)),
     "experiment_odds": Table(uses=("trials", "trials_short")),
-    "recordings": Table(
-        uses=(
-            "belt_022",
-            "belt_028",
-            "belt_035",
-            "belt_022_track",
-            "belt_028_track",
-            "belt_035_track",
-        )
-    ),
 }
 
 # --- what the paper prints of its two recordings, and which trials show it (Secs. II and IV.B) ----
@@ -182,34 +172,3 @@ def tracking_error(
     error = x_m - true_x_m[number]
     scale, _ = np.polyfit(true_x_m[number], error, 1)
     return TrackingError(error.mean(), error.std(), np.abs(error).max(), scale)
-
-
-def recordings(data) -> pd.DataFrame:
-    """A row for each film."""
-    return pd.DataFrame([_recording_row(data, film) for film in BELTS])
-
-
-def _recording_row(data, film):
-    run, track = data[film], data[film + TRACK]
-    true, interval = filmed(run)
-    error = tracking_error(track.time_s, track.x_m, true, interval)
-    sampled = analyse(interval * np.arange(true.size), true)
-    tracked = analyse(track.time_s, track.x_m)
-    pixel = track.metres_per_pixel
-    return {
-        "film": film,
-        "belt_speed": to_si(run.attributes["belt_velocity"], "velocity"),
-        "noise": run.attributes["noise"],
-        "seconds": true.size * interval,
-        "frames_per_second": 1 / interval,
-        "r_run": float(run.arrays["disorder_parameter"]),
-        "r_sampled": sampled.disorder_parameter,
-        "r_tracked": tracked.disorder_parameter,
-        "mean_sampled": sampled.mean_length,
-        "mean_tracked": tracked.mean_length,
-        "small_sampled": sampled.lasting_share,
-        "small_tracked": tracked.lasting_share,
-        "offset": error.offset / pixel,
-        "scatter": error.scatter / pixel,
-        "largest": error.largest / pixel,
-    }

@@ -7,6 +7,7 @@ from beltrepro.replication.studies.fall import measure
 from beltrepro.replication.studies.fall.measure import SMALL
 from beltrepro.replication.verdicts.criteria import Measurement
 from beltrepro.replication.verdicts.ledger import claim
+from beltrepro.replication.verdicts.motions import N_BLOCKS, PERMANENT
 from beltrepro.stats.estimates import absent, bootstrap, difference, share_of, sure
 
 MET_RANGES = ((14, 17), measure.ABOVE, (19.5, 21.5), (21.5, 24))  # of u: below the fall, and above
@@ -79,7 +80,11 @@ def chaos_ends(evidence):
         if slips.size:
             further[f"median slips, {words}"] = bootstrap(np.median, [slips])
             further[f"most slips, {words}"] = sure(slips.max())
-    return Measurement(shares, further)
+    arrays = evidence.dataset("survival_long").arrays
+    slow = (arrays["n_blocks"] == N_BLOCKS) & (arrays["belt_velocity"] < 2)
+    lasting = (arrays["lifetime"] >= PERMANENT) | ~arrays["settled"].astype(bool)
+    number = share_of(lasting[slow]) if slow.any() else absent()
+    return Measurement(shares, further | {"irregular for 1e6, u below 2": number})
 
 
 @claim("contraction")

@@ -116,6 +116,7 @@ def _ends(axes, scan, velocity):
 
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
+OUTLIERS = 20, 22  # between these the paper has three points of large r
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
 
 
@@ -155,7 +156,7 @@ def _disorder(axes, data):
     panels.make_room(axes, above=0.3)
     if starts is not None:
         _mark_transition(axes, _fall(starts))
-    panels.printed_range(axes, 20, 22, "outliers")  # three, of large r
+    panels.printed_range(axes, *OUTLIERS, "outliers")
     panels.printed_range(axes, *PRINTED, "paper: fall", left=True)
 
 
