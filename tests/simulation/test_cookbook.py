@@ -10,7 +10,7 @@ FOLDER = Path(__file__).parents[2] / "examples"
 SHORT = [
     (r"(\d+)_000\b", r"\g<1>00"),
     (r"range\(1000\)", "range(8)"),
-    (r"exponent\(0\.005", "exponent(0.05"),
+    (r"law\(0\.005", "law(0.05"),
     (r"replicates=\d+", "replicates=2"),
     (r"\[14, 15, 16, 17, 18\]", "[16]"),
     (r"np\.arange\((\d+), (\d+)", r"np.arange(\1, \1 + 5"),
