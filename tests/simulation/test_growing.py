@@ -14,6 +14,7 @@ from beltrepro import (
     lyapunov_spectrum,
     scan,
     simulate,
+    sweep,
     time_to_continuous_slip,
     time_to_orbit,
 )
@@ -215,6 +216,62 @@ def test_a_store_keeps_errors_and_the_warning_of_loading(tmp_path):
         scan([BAD, slow, GOOD], store=path, **settings)
     with pytest.raises(ModelStateError, match="not finite"):
         scan([BAD, slow, GOOD], duration=10.0, initial_state=results.final_states)
+
+
+def test_a_catalogue_grows_too(tmp_path, computed):
+    """Its rows are those of a call without a store, in the order and with the width of the call."""
+
+    def interrupted(fraction):
+        if fraction > 0.5:
+            raise KeyboardInterrupt
+
+    path, more = tmp_path / "c.h5", replace(GRID, replicates=range(4))
+    with pytest.raises(KeyboardInterrupt):
+        catalogue(GRID, store=path, progress=interrupted, **SHORT)
+    few = [index for index in reversed(range(16)) if more.chains[index].n_blocks == 2]
+    some = [more.chains[index] for index in few]
+    for chains, count, how in (
+        (GRID, 12, {}), (GRID, 12, {}), (more, 16, {}),
+        (some, 16, {"replicate": [more.replicate[index] for index in few]}),
+    ):  # fmt: skip
+        found = catalogue(chains, store=path, **how, **SHORT)
+        assert len(computed) == count
+        kept, computed[:] = computed[:], []
+        whole = catalogue(chains, **how, **SHORT)
+        computed[:] = kept
+        for name, rows in whole.items():
+            assert rows.dtype == found[name].dtype and rows.tobytes() == found[name].tobytes()
+            assert rows.size > 20
+    with pytest.raises(InputError, match="section_block is the last there and 1 here"):
+        catalogue(GRID, store=path, section_block=1, **SHORT)
+    bad = catalogue([GOOD, BAD], store=tmp_path / "b.h5", on_error="nan", **SHORT)
+    again = catalogue([GOOD, BAD], store=tmp_path / "b.h5", on_error="nan", **SHORT)
+    assert again["errors"].tolist() == bad["errors"].tolist() and len(bad["errors"]) == 1
+
+
+def test_a_sweep_grows_and_goes_on_past_chains_that_fail(tmp_path, computed):
+    path, values = tmp_path / "s.h5", {"belt_velocity": [10.0, 12.0, 10.0]}
+    how = {"initial_spread": 1.0, **SHORT}
+
+    def interrupted(fraction):
+        if fraction > 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(GOOD, replicate=range(2), store=path, progress=interrupted, **values, **how)
+    sweep(GOOD, replicate=range(2), store=path, **values, **how)
+    assert len(computed) in (6, 8)  # two may be ready before they are looked at
+    computed.clear()
+    found = sweep(GOOD, replicate=range(3), store=path, **values, **how)
+    assert len(computed) == 3
+    same(found, sweep(GOOD, replicate=range(3), **values, **how))
+    with pytest.warns(UserWarning, match="2 warnings on the way, the first: all chains have fail"):
+        lost = sweep(GOOD, static_friction=[71.4, 500, 71.4, 71.4], on_error="nan", **SHORT)
+    failed = [False, False, True, True]  # springs that were so stretched throw blocks together
+    assert np.isnan(lost["disorder_parameter"]).tolist() == failed
+    assert [bool(line) for line in lost["error"]] == failed
+    with pytest.raises(ModelStateError, match="u=150"):
+        sweep(GOOD, belt_velocity=[150, 10], on_error="nan", **SHORT)
 
 
 # --- tables that are joined, runs that go on ---

@@ -226,15 +226,15 @@ def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | N
     loading, cycles, row = max(times, key=lambda one: one[0] + one[1])
     begin = max(loading, transient or 0.0)
     if begin + cycles >= LONGEST:
-        advice = f"and slips more rarely than the longest run shows ({LONGEST:g})"
+        advice = f"it slips more rarely than the longest run shows ({LONGEST:g})"
     else:
         longer = "" if transient is None else f"transient={math.ceil(begin)}, "
         duration = math.ceil(begin) + math.ceil(cycles)
-        advice = f"{longer}duration={duration} has slips to judge, and a longer one more of them"
+        advice = f"{longer}duration={duration} shows some slips, and a longer duration more"
     many = "" if len(cases) == 1 else f"{len(times)} of {len(cases)} chains: "
     warn(
-        f"{many}blocks slip too rarely in the time that is judged "
-        f"({cases[row].parameters.describe()}), as the chain loads or waits for a slip; {advice}"
+        f"{many}blocks slip too rarely to judge the motion "
+        f"({cases[row].parameters.describe()}): the chain loads, or waits for a slip; {advice}"
     )
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from beltrepro.base import checks, names
-from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.base.errors import InputError
 from beltrepro.engine.integrator import Section
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
@@ -18,15 +19,8 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import Reach
 from beltrepro.observe.slips import EventLog, slips_and_avalanches
-from beltrepro.simulation.groups import (
-    ON_ERROR,
-    Group,
-    Report,
-    in_groups,
-    integrator_of,
-    parts_of,
-    warn_of_failures,
-)
+from beltrepro.simulation.gathering import LOADING, gathered
+from beltrepro.simulation.groups import Group, Report, integrator_of
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.setup import (
     Chains,
@@ -37,11 +31,13 @@ from beltrepro.simulation.setup import (
     warn,
     with_setup,
 )
-from beltrepro.simulation.tables import Arrays, blocks, frame, one_panel
+from beltrepro.simulation.tables import OF_RUNS, Arrays, blocks, frame, one_panel
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+
+_MISSING = OF_RUNS + "missing"  # of each chain, what it has none of
 
 
 class Catalogue(Arrays):
@@ -134,6 +130,7 @@ def catalogue(
     section_block: int | None = None,
     section_position: PerChain[float] | None = None,
     on_error: str = "raise",
+    store: str | Path | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Catalogue:
@@ -154,6 +151,8 @@ def catalogue(
     on_error : str
         What a run does that leaves the range of the model: "raise" ends all; "nan" leaves its chain
         without rows, as in `scan`, and adds the array errors: point, error (its line).
+    store : str or Path, optional
+        As in `scan`; the file holds the rows of all its chains.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -177,7 +176,6 @@ def catalogue(
     InputError, ModelStateError
         A value is not allowed, or a state left the range of the model.
     """
-    names.one_of("on_error", on_error, ON_ERROR)
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     sizes = [case.parameters.n_blocks for case in made.cases]
@@ -190,25 +188,28 @@ def catalogue(
     vectors = [(name, "f8", (max(sizes),)) for name in ("positions", "velocities")]
     crossing = np.dtype([("point", "i4"), ("time", "f8"), *vectors])
     record = partial(_recorded, sections, section_block, crossing, transient, loading)
-    work, lines = partial(parts_of, record, on_error), [""] * len(made.cases)
-    recorded: dict[int, tuple[Any, ...]] = {}
-    for _, parts in in_groups(made.cases, work, progress, workers=made.workers):
-        for indices, part in parts:
-            if isinstance(part, ModelStateError):
-                lines[indices[0]] = str(part)
-            else:
-                recorded |= dict(zip(indices.tolist(), part, strict=True))
+    settings: dict[str, Any] = {"duration": duration, "transient": transient}
+    settings["section_block"] = section_block or "the last"
+    if isinstance(section_position, Real):
+        settings["section_position"] = float(section_position)
+    how = progress, on_error, store
+    results = gathered("catalogue", made, record, *how, also=sections, **settings)
+    of_runs = results.of_runs
+    loading.noted = of_runs[LOADING]
     loading.warn()
-    warn_of_failures(lines, on_error)
-    *parts, missing = zip(*(recorded[index] for index in sorted(recorded)), strict=True)
-    if any(missing):
-        first, many = next(filter(None, missing)), sum(map(bool, missing))
-        warn(first if len(missing) == 1 else f"{many} of {len(missing)} chains: {first}")
-    tables = map(np.concatenate, parts)
-    arrays = zip(("slips", "avalanches", "section"), tables, strict=True)
+    if missing := list(filter(None, of_runs[_MISSING].tolist())):
+        many = f"{len(missing)} of {len(sizes)} chains{', the first' * (len(missing) > 1)}: "
+        warn((many if len(sizes) > 1 else "") + missing[0])
+    arrays = {name: of_runs[OF_RUNS + name] for name in ("slips", "avalanches", "section")}
+    if (points := arrays["section"]).dtype != crossing:  # a store has longer chains
+        arrays["section"] = np.empty(len(points), crossing)
+        for name in crossing.names or ():
+            here = arrays["section"][name]
+            here[...] = points[name][..., : here.shape[-1]]
     whole = Catalogue(arrays, [case.parameters for case in made.cases])
     if on_error == "nan":
-        fields = [("point", "i4"), ("error", np.array(lines).dtype)]
+        lines = results["error"]
+        fields = [("point", "i4"), ("error", lines.dtype)]
         whole["errors"] = np.array([row for row in enumerate(lines) if row[1]], fields)
     return whole
 
@@ -220,8 +221,8 @@ def _recorded(
     transient: float,
     loading: LoadingWatch,
     group: Group,
-) -> list[tuple[Any, ...]]:
-    """Slips, avalanches, section points of each chain of a group, and what it has none of."""
+) -> dict[str, np.ndarray]:
+    """Slips, avalanches, section points of the chains of a group, and what each has none of."""
     chain, width, start = group.chain, len(group.cases), group.start + transient
     section = Section(section_block or chain.n_blocks, sections[group.indices])
     events, crossings = EventLog(width, chain.rest_positions), ReturnLog(width)
@@ -232,16 +233,16 @@ def _recorded(
     since, ends = np.maximum(crossings.last_event, group.start), chains.state()
     law = law_constants(chain)
     tables: list[tuple[Any, ...]] = []
-    for lane, (number, case) in enumerate(zip(group.indices, group.cases, strict=True)):
+    for lane, case in enumerate(group.cases):
         times, states, _ = crossings.returns(lane)
         late = times >= start
         points = np.zeros(late.sum(), crossing)
         points["positions"] = points["velocities"] = np.nan
-        points["point"], points["time"] = number, times[late]
+        points["point"], points["time"] = lane, times[late]
         positions, velocities = np.hsplit(states[late], 2)
         points["positions"][:, : chain.n_blocks] = positions + chain.rest_positions
         points["velocities"][:, : chain.n_blocks] = velocities + case.parameters.belt_velocity
-        slips = slips_and_avalanches(events.events(lane), number, case.state, law, start)
+        slips = slips_and_avalanches(events.events(lane), lane, case.state, law, start)
         none = []
         if not len(slips[0]):
             doing = _doing(ends[lane])
@@ -251,7 +252,13 @@ def _recorded(
             none.append(f"x_{section.block} runs from {way}, never down through {level:g}")
         about = f"{case.parameters.describe()}: {'; '.join(none)}" if none else ""
         tables.append((*slips, points, about))
-    return tables
+    *rows, missing = zip(*tables, strict=True)
+    joined = zip(("slips", "avalanches", "section"), map(np.concatenate, rows), strict=True)
+    return {
+        **{OF_RUNS + name: table for name, table in joined},
+        _MISSING: np.array(missing),
+        LOADING: loading.noted[group.indices],
+    }
 
 
 def _doing(state: ChainState) -> str:

@@ -34,10 +34,12 @@ from beltrepro.simulation.results import (
     some_of,
     together,
 )
-from beltrepro.simulation.setup import Case, Setup, columns
+from beltrepro.simulation.setup import Case, Setup, columns, warn
+from beltrepro.simulation.tables import OF_RUNS
 
 Arrays = dict[str, np.ndarray]
 
+LOADING = OF_RUNS + "loading"  # which runs begin with loading, as a `LoadingWatch` notes it
 _PATIENCE = 20  # times as long as it takes to write the file, until it is written again
 
 
@@ -51,11 +53,13 @@ def gathered(
     *,
     also: np.ndarray | None = None,
     ends: bool = False,
+    going_on: bool = False,
     **settings: Any,
 ) -> Results:
-    """A row for each chain, of the arrays (W, ...) that are measured of each group.
+    """A row for each chain, of the arrays (W, ...) or records that are measured of each group.
 
     also : a number of each chain on which they depend too. ends : whether final states are there.
+    going_on : whether the runs go on from others, in one store with them; then all may fail.
     """
     names.one_of("on_error", on_error, ON_ERROR)
     cases = setup.cases
@@ -67,8 +71,12 @@ def gathered(
         made = in_groups(cases, work, progress, workers=setup.workers)
         results = _filled(asked, cases, [part for _, parts in made for part in parts], ends)
     else:
-        results = _Store(store, asked, ends).grown(cases, work, progress, setup.workers)
-    warn_of_failures(results["error"].tolist(), on_error)
+        results = _Store(store, asked, ends, going_on).grown(cases, work, progress, setup.workers)
+    lines = results["error"].tolist()
+    if going_on and on_error == "nan" and all(lines):
+        warn(f"all chains have failed; the first is {lines[0]}")
+    else:
+        warn_of_failures(lines, on_error)
     if on_error == "raise":
         del results["error"]
     return results
@@ -102,8 +110,9 @@ def _nowhere(case: Case, duration: float) -> ChainState:
 class _Store:
     """A file of results that grows while chains of them are computed, by several processes too."""
 
-    def __init__(self, path: str | Path, asked: Results, ends: bool) -> None:
+    def __init__(self, path: str | Path, asked: Results, ends: bool, going_on: bool) -> None:
         self._path, self._asked, self._ends = checks.path("store", path, (".h5",)), asked, ends
+        self._going_on = going_on
         self._new: list[Results] = []
         self._lock, self._next = threading.Lock(), 0.0
         self._held = self._read()
@@ -135,7 +144,7 @@ class _Store:
         """What the file holds, if there is one."""
         held = [Results.load(self._path)] if self._path.exists() else []
         for results in held:
-            refuse_others(f"store = {self._path}", results, self._asked)
+            refuse_others(f"store = {self._path}", results, self._asked, self._going_on)
             results.setdefault("error", np.full(len(results["replicate"]), ""))
         return held
 

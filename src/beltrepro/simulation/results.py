@@ -233,10 +233,11 @@ class Results(Arrays):
         return cls(table, data.attributes)
 
 
-def refuse_others(what: str, held: Results, new: Results) -> None:
+def refuse_others(what: str, held: Results, new: Results, going_on: bool = False) -> None:
     """That results were made with the settings of others, beside which they shall stand.
 
-    Of a quantity of the setup chains of one table may have several values: they share one.
+    Of a quantity of the setup chains of one table may have several values: they share one. Those
+    that go on from others have no initial spread.
     """
     if not (KEY in held.of_runs and KEY in new.of_runs):
         raise InputError(f"{what}: its runs have no keys, as in files of earlier versions")
@@ -245,7 +246,8 @@ def refuse_others(what: str, held: Results, new: Results) -> None:
         if name not in provenance.origin():
             pair = [np.array(result.settings.get(name, "none")) for result in (held, new)]
             values[name] = [[value.tolist()] for value in pair]  # a file has arrays for lists
-    values |= {name: [result[name].tolist() for result in (held, new)] for name in _MEANS}
+    means = [name for name in _MEANS if not (going_on and name == "initial_spread")]
+    values |= {name: [result[name].tolist() for result in (held, new)] for name in means}
     for name, pair in values.items():
         there, here = (dict.fromkeys(map(str, some)) for some in pair)
         if there.keys().isdisjoint(here):
@@ -262,7 +264,12 @@ def some_of(results: Results, rows: list[int]) -> Results:
     """Results of some of the chains."""
     count, arrays = len(results["replicate"]), results | results.of_runs
     for name, array in arrays.items():
-        if np.shape(array)[:1] == (count,):
+        if np.asarray(array).dtype.names:
+            ends = (np.searchsorted(array["point"], rows, side) for side in ("left", "right"))
+            ranges = [np.arange(*pair) for pair in zip(*ends, strict=True)]
+            arrays[name] = array[np.concatenate([np.zeros(0, int), *ranges])]
+            arrays[name]["point"] = np.repeat(np.arange(len(rows)), [*map(len, ranges)])
+        elif np.shape(array)[:1] == (count,):
             arrays[name] = np.asarray(array)[rows]
     return Results(arrays, results.settings)
 
@@ -290,7 +297,7 @@ def in_one_table(tables: Sequence[Mapping[str, np.ndarray]]) -> dict[str, np.nda
         pieces = [(row, np.asarray(table[name])) for row, table in held]
         if any(array.ndim > 1 for _, array in pieces):
             pieces = [(row, _by_block(array, all_sizes[row])) for row, array in pieces]
-        is_of_chains = all(array.shape[:1] == row.shape for row, array in pieces)
+        is_of_chains = all(one.dtype.names or one.shape[:1] == row.shape for row, one in pieces)
         arrays[name] = in_rows(len(all_sizes), pieces) if is_of_chains else pieces[0][1]
     return arrays
 
@@ -298,8 +305,11 @@ def in_one_table(tables: Sequence[Mapping[str, np.ndarray]]) -> dict[str, np.nda
 def in_rows(total: int, pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     """Arrays (W, ...), each with the numbers of its rows, as one (P, ...).
 
-    It is padded with NaN, 0 or an empty text, and has these in rows that no array has.
+    It is padded with NaN, 0 or an empty text, and has these in rows that no array has. Records,
+    which name the row of their chain as `point`, come in the order of the rows.
     """
+    if pieces[0][1].dtype.names:
+        return _records(pieces)
     shape = np.max([array.shape[1:] for _, array in pieces], axis=0).astype(int)
     dtype = np.result_type(*(array for _, array in pieces))
     joined = np.zeros((total, *shape), dtype)
@@ -309,6 +319,22 @@ def in_rows(total: int, pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.n
         corner: Any = (rows, *map(slice, array.shape[1:]))
         joined[corner] = array
     return joined
+
+
+def _records(pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Records of chains as one table; their vectors are padded with NaN."""
+    dtype = max((array.dtype for _, array in pieces), key=lambda dtype: dtype.itemsize)
+    tables = []
+    for rows, array in pieces:
+        table = np.zeros(len(array), dtype)
+        for name in array.dtype.names or ():
+            if dtype[name].shape:
+                table[name] = np.nan
+            table[name][..., : array[name].shape[-1]] = array[name]
+        table["point"] = rows[array["point"]]
+        tables.append(table)
+    joined = np.concatenate(tables)
+    return joined[np.argsort(joined["point"], kind="stable")]
 
 
 def _by_block(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:

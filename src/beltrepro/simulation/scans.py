@@ -19,7 +19,7 @@ from beltrepro.observe.crossings import SectionVelocities
 from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
-from beltrepro.simulation.gathering import gathered
+from beltrepro.simulation.gathering import LOADING, gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.packed import packed
@@ -27,6 +27,7 @@ from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import (
     Chains,
     PerChain,
+    Setup,
     check_duration,
     check_lengths,
     section_positions,
@@ -34,13 +35,11 @@ from beltrepro.simulation.setup import (
     warn,
     with_setup,
 )
-from beltrepro.simulation.tables import OF_RUNS
 
 SLIP_COLUMNS = 10  # of slip_count, at least: results of chains of few blocks are of one shape
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
 LAMINAR_TIME = 200.0  # in units of sqrt(mass / stiffness): 30 periods of one block
 _BY_LAW = f"{LAMINAR_TIME:g} sqrt(mass / stiffness)"
-_LOADING = OF_RUNS + "loading"
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
@@ -85,8 +84,8 @@ def scan(
         A file, .h5, that keeps what is finished, also of a call that is interrupted; `Results.save`
         writes one too. What it has of these chains, whatever their order, is not computed again,
         and what it lacks is added, by several processes too. Another duration, transient, method,
-        tolerance, seed or the like is refused. Besides `scan`, `time_to_continuous_slip`,
-        `classify` and `lyapunov_spectrum` have it; `catalogue` and `sweep` keep nothing on the way.
+        tolerance, seed or the like is refused. Besides `scan`, `sweep`, `catalogue`, `classify`,
+        `time_to_continuous_slip` and `lyapunov_spectrum` have it.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 
@@ -113,8 +112,26 @@ def scan(
     InputError, ModelStateError
         A value is not allowed, or a state left the range of the model.
     """
-    duration, transient = check_lengths(duration, transient)
-    made = setup_of(chains, setup)
+    how = on_error, store, progress
+    lengths = duration, transient
+    measured = section_position, section_values, section_bins, laminar_time
+    return scan_of(setup_of(chains, setup), lengths, *measured, *how)
+
+
+def scan_of(
+    made: Setup,
+    lengths: tuple[float, float],
+    section_position: PerChain[float] | None,
+    section_values: int,
+    section_bins: Sequence[float] | None,
+    laminar_time: float | None,
+    on_error: str,
+    store: str | Path | None,
+    progress: Report | None,
+    going_on: bool = False,
+) -> Results:
+    """The scan of a setup, whose chains may go on from those of another (`gathered`)."""
+    duration, transient = check_lengths(*lengths)
     section_values = checks.key("section_values", section_values)
     checks.within("section_values", section_values, le=MOST_VALUES)
     settings: dict[str, Any] = {"transient": transient, "section_values": section_values}
@@ -127,9 +144,11 @@ def scan(
     if isinstance(section_position, Real):
         settings["section_position"] = float(section_position)
     settings = {"duration": duration, **settings}
-    how = progress, on_error, store
-    results = gathered("scan", made, measure, *how, also=sections, ends=True, **settings)
-    loading.noted = results.of_runs[_LOADING]  # also of runs of earlier calls
+    settings |= {"also": sections, "ends": True, "going_on": going_on}
+    results = gathered("scan", made, measure, progress, on_error, store, **settings)
+    if LOADING not in results.of_runs:  # all have failed
+        return results
+    loading.noted = results.of_runs[LOADING]  # also of runs of earlier calls
     loading.warn()
     if section_position is not None and not results["section_count"].any():
         low = np.fmin.reduce(results["minimum_length"])  # those of runs that have failed are NaN
@@ -172,7 +191,7 @@ def _scanned(
         **slips.laminar(),
         "last_stick_time": slips.last_stick_time,
         **({} if section_bins is None else {"section_histogram": section.histogram}),
-        _LOADING: loading.noted[group.indices],
+        LOADING: loading.noted[group.indices],
         **packed(end),
     }
 

@@ -6,16 +6,19 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
+from beltrepro.model.parameters import PER_BLOCK
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results, in_one_table
-from beltrepro.simulation.scans import scan
+from beltrepro.simulation.scans import scan_of
 from beltrepro.simulation.setup import (
     Chains,
     PerChain,
@@ -38,6 +41,8 @@ def sweep(
     section_position: PerChain[float] | None = None,
     section_values: int = 500,
     laminar_time: float | None = None,
+    on_error: str = "raise",
+    store: str | Path | None = None,
     progress: Report | None = None,
     **setup: Any,
 ) -> Results:
@@ -55,6 +60,11 @@ def sweep(
         As in `scan`, at each value.
     section_position, section_values, laminar_time : as in `scan`
         What is measured at each value.
+    on_error : str
+        As in `scan`; a chain that has failed stays so at all values that come after.
+    store : str or Path, optional
+        As in `scan`; its file is one of `scan`, which sweeps of other replicates, or to further
+        values, add to.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
     belt_velocity, noise, static_friction, friction_ratio, rest_length, linear_limit, \
@@ -74,15 +84,15 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
     InputError, ModelStateError
         A value is not allowed, or a state left the range of the model.
     """
-    quantity, values = _swept({name: setup.pop(name) for name in _SWEPT if name in setup})
+    given = {name: setup.pop(name) for name in _SWEPT if name in setup}
+    quantity, values = _swept(given)
     check_progress(progress)
-    settings: dict[str, Any] = {"duration": duration, "transient": transient}
-    settings |= {"section_position": section_position, "section_values": section_values}
-    settings |= {"laminar_time": laminar_time}
+    settings = section_position, section_values, None, laminar_time, on_error, store
     parts: list[Results] = []
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         made = setup_of(with_value(chains, quantity, values[0]), setup)
+        _check_blocks(quantity, given[quantity], {case.parameters.n_blocks for case in made.cases})
         with warnings.catch_warnings(action="ignore"):  # a wrong one is refused now
             for value in values:
                 _continued(made, quantity, value, [case.state for case in made.cases])
@@ -90,7 +100,7 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
             if parts:
                 made = _continued(made, quantity, value, parts[-1].final_states)
             report = partial(_reported, progress, step, len(values)) if progress else None
-            parts.append(scan(made, **settings, progress=report))
+            parts.append(scan_of(made, (duration, transient), *settings, report, bool(parts)))
     if heard:
         many = f"{len(heard)} warnings on the way, the first: " if len(heard) > 1 else ""
         warn(f"{many}{heard[0].message}")
@@ -111,6 +121,15 @@ def _swept(given: dict[str, Any]) -> tuple[str, list]:
     if not checks.is_sequence(values) or not (listed := checks.listed(name, values)):
         raise InputError(f"{name} = {checks.shown(values)}: the values that it takes are needed")
     return name, listed
+
+
+def _check_blocks(name: str, values: Any, sizes: set[int]) -> None:
+    """That values in a row are not meant as those of the blocks of a chain, as of a `Grid`."""
+    fits = isinstance(values, tuple) and name in PER_BLOCK and len(values) in sizes
+    if fits and all(isinstance(value, Real) for value in values):
+        text = ", ".join(f"{value:g}" for value in values)
+        either = f"{name}=[({text})] for one value whose blocks differ so, {name}=[{text}]"
+        raise InputError(f"{name} = ({text}): write {either} for several of equal blocks")
 
 
 def _continued(made: Setup, quantity: str, value: Any, states: Any) -> Setup:
