@@ -149,3 +149,17 @@ def test_motions_without_orbit_go_on_at_the_next_value_where_alike(share, same):
     assert labels(made_up(), [], [made_up(r=0.08), made_up(r=0.11)]) == [[], [0, 7]]
     slip = made_up("equilibrium slip", r=0.01), made_up("equilibrium slip", r=0.4)
     assert labels(slip[0], [slip[1]]) == [[7]]
+    assert labels(made_up("periodic"), [made_up("periodic")]) == [[0]]
+
+
+def test_an_orbit_is_that_with_its_period_slips_and_crossings(two):
+    for attractor in two.attractors:
+        orbit, period = attractor.orbit, (attractor.period_time, attractor.period_events)
+        crossing = attraction._crossings(orbit, orbit.mean_length)[-1]
+        assert attractor.is_of(*period, crossing)
+        for change in (-1e-3, 1e-3):
+            beside = crossing.copy()
+            beside[0] += change * np.abs(crossing).max()
+            assert not attractor.is_of(*period, beside)
+        assert not attractor.is_of(1.001 * period[0], period[1], crossing)
+        assert not attractor.is_of(period[0], period[1] + 1, crossing)

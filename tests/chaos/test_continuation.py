@@ -252,6 +252,23 @@ def test_several_periods_are_refused(two):
 
 
 @pytest.mark.parametrize(
+    ("kind", "appears", "at_once", "says"),
+    [
+        ("|", True, False, "block 2, which slips, touches the velocity of the belt"),
+        ("|", False, False, "block 2 no longer reaches the velocity of the belt"),
+        ("-", True, False, "the pull on block 2, which is stuck, touches the static friction"),
+        ("+", False, False, "the pull on block 2 no longer reaches the static friction"),
+        ("-", True, True, "a stick of block 2 between two slips has no length"),
+    ],
+)
+def test_what_is_said_of_an_event_that_comes_or_goes(kind, appears, at_once, says):
+    difference = words.Difference(Symbol(1.0, 2, kind), appears, at_once)
+    special = continuation._grazing(6.0, difference)
+    end = "stick of no length" if at_once else "grazing"
+    assert special == (6.0, end, 2, says)
+
+
+@pytest.mark.parametrize(
     ("multipliers", "kind", "says"),
     [
         ([1.0, 0.3, -1.0002, 0.1], "period doubling", "a multiplier is -1"),

@@ -179,6 +179,16 @@ def test_an_orbit_is_found_in_whatever_is_left_of_the_loading(transient):
     assert orbit.period_time == pytest.approx(29.09813323, abs=1e-6)
 
 
+def test_an_orbit_closes_to_the_tolerance_that_is_asked_for():
+    """It is that of rough series, which is not the exact one."""
+    about = {"chains": ChainParameters(3, 25.0), "duration": 6000.0, "transient": 4000.0}
+    exact, rough = periodic_orbit(**about), periodic_orbit(**about, tolerance=1e-3)
+    again = close_orbit(rough.state, rough.period_time, 1e-3)
+    apart = abs(rough.period_time - exact.period_time)
+    assert rough.residual < 1e-11 and abs(again.period_time - rough.period_time) < 1e-3 * apart
+    assert 1e-9 < apart < 1e-2
+
+
 def test_a_short_orbit_of_a_light_chain_has_the_r_of_a_long_one():
     """Of a mass of 1e-4 all times are 1/100, and a period is hardly longer than 0.1."""
     long = periodic_orbit(ChainParameters(2, 10.0), duration=6000.0, transient=1000.0)

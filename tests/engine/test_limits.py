@@ -169,6 +169,10 @@ def test_the_range_of_event_with_noise_ends_where_it_is_said():
         simulate(above, duration=5, method="verlet")
         with pytest.raises(InputError, match=rf"^noise = {above.noise:g}: .*'verlet'$"):
             simulate(above, duration=5, method="event")
+    # of blocks that differ the one that slips with the least force
+    share = [start_noise(ChainParameters(2, 5.0, 1.0, friction_ratio=ratio))
+             for ratio in ((0.1, 0.8), 0.8)]  # fmt: skip
+    assert share[0] == share[1]
     # the strongest noise of the paper
     assert start_noise(ChainParameters(5, 20.0, 10.0)) < START_NOISE
 

@@ -13,7 +13,7 @@ from beltrepro.engine.law import law_constants
 from beltrepro.engine.state import ChainState
 from beltrepro.model.spring import potential_energy
 from beltrepro.observe.crossings import ReturnLog, SectionVelocities
-from beltrepro.observe.length import LengthHistory, LengthMoments
+from beltrepro.observe.length import LengthHistory, LengthMoments, Reach
 from beltrepro.observe.slips import EventLog, MostStuck, SlipActivity, slips_and_avalanches
 from beltrepro.observe.sum_rule import ForwardSlip
 
@@ -25,9 +25,12 @@ def test_moments_are_those_of_the_samples_from_the_start_on():
     rng = np.random.default_rng(0)
     time = 0.5 * np.arange(20)
     displacement = rng.normal(3.0, 2.0, (20, 2, 3)) + np.array([0.0, 50.0, -7.0])
+    # the first that counts, and one before
+    displacement[5, 0, 0], displacement[4, 0, 1] = -90.0, 90.0
     moments, history = LengthMoments(3, start=2.5), LengthHistory(3, 2.5, 10.0)
+    reach = Reach(3, 2.5)
     for part in (slice(0, 4), slice(4, 7), slice(7, 8), slice(8, 20)):
-        for observer in (moments, history):
+        for observer in (moments, history, reach):
             observer.observe(SimpleNamespace(time=time[part], displacement=displacement[part]))
     length = 250.0 + displacement[time >= 2.5, -1]
     measured, mean = moments.result(250.0), length.mean(axis=0)
@@ -35,6 +38,9 @@ def test_moments_are_those_of_the_samples_from_the_start_on():
     np.testing.assert_allclose(measured["disorder_parameter"], length.std(axis=0) / mean)
     np.testing.assert_array_equal(measured["minimum_length"], length.min(axis=0))
     np.testing.assert_array_equal(measured["maximum_length"], length.max(axis=0))
+    first = displacement[time >= 2.5, 0]
+    assert reach.low.tolist() == first.min(axis=0).tolist()
+    assert reach.high.tolist() == first.max(axis=0).tolist()
     edges = history.edges
     assert (edges[0], edges[-1]) == (2.5, 10.0) and history.count.tolist()[:2] == [2, 3]
     np.testing.assert_allclose(np.diff(edges)[1:-1] / np.diff(edges)[:-2], 1.15)
@@ -221,13 +227,15 @@ def test_observers_are_plain_twins_wherever_a_run_is_cut(seed):
     for ends in ([whole], [0.3 * whole, 0.35 * whole, whole], np.linspace(1.0, whole, 50)):
         log, returns = EventLog(2, CHAIN.rest_positions), ReturnLog(2)
         forward, activity = ForwardSlip(states), SlipActivity(states, 60.0, 1.0)
+        most = MostStuck(np.array([3, 3]))
         u, edges = np.array([10.0, 20.0]), np.array([-1e9, 0.0, 15.0])
         sections = [SectionVelocities(u, room, edges, 60.0) for room in (4, 30)]
         for chunk in cut_run(events, crossings, ends):
-            for observer in (log, returns, forward, activity, *sections):
+            for observer in (log, returns, forward, activity, most, *sections):
                 observer.observe(chunk)
         np.testing.assert_array_equal(returns.slips(1), [time[slips], block[slips]])
         assert returns.slips(0)[0].tolist() == time[slips & (time < HALF)].tolist()
+        assert most.events.tolist() == [np.count_nonzero(time < HALF), len(time)]
         np.testing.assert_array_equal(returns.returns(1)[1], crossings[:, 1:])
         np.testing.assert_array_equal(returns.returns(1)[2], before)
         np.testing.assert_array_equal(returns.last_event, [time[time < HALF][-1], time[-1]])

@@ -64,21 +64,21 @@ WRONG = {
     "tolerance": (*NUMBER, 1e-17, 2.0),
     "on_error": (5, None, "", "ignore"),
     "store": (5, "a\0.h5", ["a.h5"], "a.csv"),
-    "method": (1, "", "euler", True, math.nan),
+    "method": (1, "", "euler", True, math.nan, np.ones(2)),
     "chains": (5, [None], ChainParameters, "much", []),
     "parameters": (5, [None], ChainParameters, "much", []),
     "initial_state": (5, [5], "much"),
     "progress": (5, True, "much"),
     "spread": (*NUMBER, 1.5),
     "belt": (5, [5.0, 6.0], [(0.0, 5.0), (0.0, 6.0)], [(20.0, 5.0)], "much"),
-    "kind": (5, "", "slip"),
+    "kind": (5, "", "slip", np.ones(2)),
     "section_bins": (5, "much", [1.0], [0.0, -1.0], [0.0, math.nan], [[0.0, 1.0]]),
     "value": ("1", None, {"a": 1}, True, ["1"], [[1.0], [2.0, 3.0]]),
-    "quantity": (5, [], "", "speed"),
+    "quantity": (5, [], "", "speed", np.ones(2)),
     "source": (5, None, [], [None], "much", CATALOGUE),
     "runs": (5, None, [], [None], "much", [1.0, math.nan], [[[1.0]]]),
     "values": (5, None, "much", [1.0, math.nan], [[1.0, 2.0]], [1.0, "2"], [1.0, math.inf]),
-    "frame": (1, "", "lab", None),
+    "frame": (1, "", "lab", None, np.ones(2)),
     **dict.fromkeys(("sample_interval", "bins_per_decade", "low"), (*NUMBER, 0.0)),
     "least_blocks": NUMBER,
     "path": (5, None, "a\0.h5", ["a.h5"]),
@@ -140,6 +140,8 @@ def test_numbers_without_a_name_and_symbols_of_the_paper_are_understood():
         assert names.hint(symbol, [name, "other"]) == f"; did you mean {name!r}?"
     with pytest.raises(InputError, match="no argument 'N'; did you mean 'n_blocks'"):
         ChainParameters(N=5, u=20)
+    with pytest.raises(InputError, match=r"no argument 'zzzz': allowed are .*duration, .*method"):
+        beltrepro.basins(CHAIN, duration=20.0, zzzz=1)
 
 
 # --- the command ----------------------------------------------------------------------------------
@@ -187,3 +189,6 @@ def test_misspelt_missing_and_wrong_options_are_named(capsys, monkeypatch, tmp_p
 
 def test_output_is_refused_before_anything_is_computed(capsys, tmp_path):
     refuse(capsys, "simulate", RUNS | {"output": tmp_path}, "is a folder")
+    for command in ("simulate", "scan", "watch", "film", "track"):
+        path = tmp_path / "a.xyz"
+        refuse(capsys, command, GIVEN[command] | {"output": path}, "output = ", "a.xyz")

@@ -142,6 +142,7 @@ def test_the_period_search_at_its_edges():
     assert sections.find_period(np.tile(cycle[:6], 3)) == 6
     assert sections.find_period(np.tile(cycle[:6], 3)[:-1]) == 0  # not three times over
     assert sections.find_period(np.tile(cycle[:4], 3)) == 4
+    assert sections.find_period(np.arange(12.0)) == sections.find_period(-np.arange(12.0)) == 0
     with pytest.raises(NotEnoughDataError, match="11 crossings"):
         sections.find_period(np.tile(cycle[:4], 3)[:11])
 

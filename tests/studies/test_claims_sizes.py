@@ -232,7 +232,8 @@ def columns(ratios, *, scatter=0.02, replicates=8):
     rises = [0.02 * (1 + (factor - 1) * share) for ratio in ratios for factor in (ratio, 1.0)]
     disorder = np.repeat(np.concatenate(rises), replicates)
     disorder = disorder * (1 + scatter * rng.standard_normal(disorder.size))
-    sizes, places = np.repeat(SIZES, 2 * LEVELS.size), np.tile([18.0, 12.0], 4).repeat(LEVELS.size)
+    sizes = np.repeat(SIZES, 2 * LEVELS.size)
+    places = np.array([(18.0 + n, 12.0) for n in SIZES]).ravel().repeat(LEVELS.size)
     return scan(sizes, places, disorder, noise=np.tile(LEVELS, 8), replicates=replicates)
 
 
@@ -313,6 +314,29 @@ def test_the_scatter_of_the_runs_is_no_effect_of_noise():
     held = sum(effect.low <= 0 <= effect.high for effect in effects)
     assert abs(np.mean([effect.value for effect in effects])) < 0.012  # 0.06 with the scatter in it
     assert held >= 88  # of 100: 95 expected, three standard errors less
+
+
+def test_the_effect_of_noise_is_its_mean_square_less_the_scatter_of_means():
+    u, counts, rng = np.array([8.0, 10.0, 14.0, 16.0]), (8, 9, 12, 8), np.random.default_rng(4)
+    both_logs = [
+        [rng.normal(change, 0.3, count) for change, count in zip(changes, counts, strict=True)]
+        for changes in ((0.0, 0.0, 0.0, 0.0), (0.5, -0.4, 0.8, 0.1))
+    ]
+    rows = []
+    for logs in both_logs:
+        r = np.exp(np.concatenate(logs))
+        made = {"belt_velocity": np.repeat(u, counts), "disorder_parameter": r}
+        rows.append(Cut(made, 2e5, 1e6))
+    squares, variances = [], []
+    for quiet, noisy in zip(*both_logs, strict=True):
+        error = sum(np.sum((x - x.mean()) ** 2) / (len(x) - 1) / len(x) for x in (quiet, noisy))
+        squares.append((noisy.mean() - quiet.mean()) ** 2 - error)
+        variances.append(4 * max(squares[-1], 0) * error + 2 * error**2)
+    weights = np.array([1.0, 3.0, 3.0, 1.0]) / 8  # of the trapezoidal rule
+    found = measure.effect_on_r(8, 16, *rows)
+    assert found.value == pytest.approx(weights @ squares) and found.runs == 8
+    reach = 1.959964 * np.sqrt(weights**2 @ variances)
+    assert (found.low, found.high) == pytest.approx((found.value - reach, found.value + reach))
 
 
 def _row(made, chosen):

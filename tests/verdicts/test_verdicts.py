@@ -187,6 +187,14 @@ def test_what_cannot_be_tested_still_says_what_the_model_does(monkeypatch):
     assert (row["robust"], row["robust_found"]) == (NOT_TESTABLE, "no recordings")
 
 
+def test_what_had_been_seen_by_the_last_change_and_what_can_be_tested():
+    assert claim().seen == "short runs"
+    assert claim(history=claim().history[::-1]).seen == "short runs"
+    untestable = Criterion(untestable="no recordings")
+    assert claim().testable and claim(robust=untestable).testable
+    assert not claim(replicated=untestable, robust=untestable).testable
+
+
 # --- evidence -------------------------------------------------------------------------------------
 
 
