@@ -204,7 +204,7 @@ def test_each_claim_stands_once_and_says_what_its_rows_say(text, results):
             assert plain(answer.found)[1:] in typeset(said)
             assert claim.kind == "construction" or decided(answer) in said
         if claim.replicated.tried > 1 and result.answers["replicated"].judged:
-            assert f"(one of {claim.replicated.tried} readings)" in said
+            assert f"({claim.replicated.tried} readings)" in said
 
 
 def test_figures_have_their_claims_and_link_to_their_files(text, results):

@@ -129,7 +129,9 @@ def region(widths, share=0.5):
 
 def data_of_region(widths, *, laminar=noisy_only, share=0.5):
     made = region(dict(zip(LEVELS, widths, strict=True)), share)
-    return {"n5_map": made, "n5_replicates": replicates(CRITICAL, laminar=laminar)}
+    fast = replicates(CRITICAL, noises=[0.0], velocities=[38, 44, 50], laminar=laminar)
+    runs = replicates(CRITICAL, laminar=laminar)
+    return {"n5_map": made, "n5_replicates": runs, "n5_replicates_beyond": fast}
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_a_number_that_is_right_in_part():
         ("{percent x}", Estimate(0.25, 0.1, 0.5, 4), "25 % (10 to 50 %)"),
         ("{count x}", Estimate(0.0, 0.0, 0.2, 13), "none of 13"),
         ("{count x}", Estimate(5 / 13, 0.1, 0.7, 13), "5 of 13"),
-        ("{count x}", Estimate(0.0, 0.0, 0.7, 13, 4), "none so far of 13"),
+        ("{count x}", Estimate(0.0, 0.0, 0.7, 13, 4), "none of 13 (4 open)"),
         ("{x}", Estimate(2.7, math.nan, math.nan, 8), "2.7 (error not known)"),
     ],
 )

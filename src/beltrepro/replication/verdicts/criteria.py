@@ -143,15 +143,15 @@ def _in_words(estimate: Estimate, form: str) -> str:
     value, low, high, runs = *estimate.numbers, estimate.runs
     if form == "count" and runs:
         number = round(value * runs)
-        so_far = " so far" if estimate.still_open else ""
-        return f"{'none' if number == 0 else 'all' if number == runs else number}{so_far} of {runs}"
+        count = "none" if number == 0 else "all" if number == runs else number
+        return f"{count} of {runs}{f' ({estimate.still_open} open)' * bool(estimate.still_open)}"
     if form in ("count", "percent"):
         text = f"{100 * value:.3g} %"
         exact = low == high or math.isnan(low) or math.isnan(high)
         return text if exact else f"{text} ({100 * low:.3g} to {100 * high:.3g} %)"
     words = f"{value:.3g}" if form == "value" else estimate.words
-    # numbers from a thousand to ten million without powers of ten: 4,740 for 4.74e+03
-    return re.sub(r"\d(\.\d+)?e\+0[3-6]", lambda number: f"{float(number[0]):,.0f}", words)
+    # numbers from a thousand to a billion without powers of ten: 4,740 for 4.74e+03
+    return re.sub(r"\d(\.\d+)?e\+0[3-8]", lambda number: f"{float(number[0]):,.0f}", words)
 
 
 def bounds(allowed: Any) -> tuple[float, float]:

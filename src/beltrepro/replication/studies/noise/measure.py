@@ -157,6 +157,7 @@ def _share_with_lines(stretches):
 def region(evidence, low, high):
     """Where the map is intermittent, for laminar phases of some share of the time."""
     table, quiet = evidence.table("n5_map"), evidence.row("n5_replicates", 5, 0.0)
+    fast = evidence.row("n5_replicates_beyond", 5, 0.0).within(38.0, 50.0)
     mask = intermittent_mask(table.points, (low, high))
     first, second, third, weak, strong = (
         _width(table, mask, *levels) for levels in ((0, 2), (2, 4), (4, 6), (0, 4), (4, 8))
@@ -167,9 +168,8 @@ def region(evidence, low, high):
         "width, sigma 2 to 4": second,
         "width, sigma 4 to 6": third,
     }
-    silent = (table.noise == 0) & (table.belt_velocity >= 44)
-    if silent.any():
-        also["at sigma = 0, u >= 44"] = share_of(mask[silent])
+    for start, end in ((38.0, 42.0), (44.0, 50.0)):
+        also[f"at sigma = 0, {start:g} to {end:g}"] = share_of(lasting(fast.within(start, end)))
     return Measurement(
         {
             "intermittent at sigma = 0": share_of(lasting(quiet.within(0.0, np.inf))),
