@@ -159,3 +159,9 @@ def test_compiled_kernels_are_keyed_by_all_sources_they_are_made_of(monkeypatch)
     usual = version()
     for changed in contents:
         assert version() != usual, changed
+
+
+def test_a_checksum_tells_names_and_types_of_fields_apart():
+    rows = np.array([(0.5, 1.0), (0.7, 2.0)], [("time", "f8"), ("place", "f8")])
+    others = [("place", "f8"), ("time", "f8")], [("time", "f8"), ("place", "i8")]
+    assert len({store.checksum(same) for same in (rows, *map(rows.view, others))}) == 3

@@ -228,3 +228,13 @@ def test_intervals_cover_studies_of_any_kind():
     # One does not know of which kind a row is: the kind of each study is drawn by lot.
     critical, width, shift = coverage(RNG(20261124).choice(list(STUDIES), 5000))
     assert 0.93 <= critical <= 0.97 and 0.93 <= width <= 0.97 and 0.93 <= shift <= 0.98
+
+
+def test_an_interval_holds_95_percent_of_what_the_runs_leave_open():
+    u = np.repeat(np.arange(8.0, 30), 8)
+    r = np.where(RNG(0).random(u.size) < expit((17 - u) / 1.5), 0.13, 0.01)
+    draws = transition._fit(transition.Row.of(u, r))[0]
+    found = draws.numbers(8)
+    for name, drawn in (("critical", draws.critical), ("width", 2 * transition.EDGE * draws.scale)):
+        inside = (drawn >= found[name].low) & (drawn <= found[name].high)
+        assert np.mean(inside) == pytest.approx(0.95, abs=0.002)

@@ -6,6 +6,7 @@ import pytest
 from beltrepro.base.errors import NotEnoughDataError
 from beltrepro.base.store import Dataset
 from beltrepro.replication.studies.chaos.measure import before_settling
+from beltrepro.replication.studies.transition.measure import saddle
 from beltrepro.replication.verdicts import motions
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import EXACT, Cut, Evidence
@@ -334,3 +335,17 @@ def test_runs_that_settle_count_beside_the_motions():
         wild = settled(lifetimes, u=u, exponents=exponents)
         made = grades("no-permanent-chaos", "robust", survival=wild, **few)
         assert made[name] == verdict
+
+
+def test_nothing_of_a_saddle_counts_beyond_the_horizon():
+    """Ends are counted up to half of the duration, however many later ones are known."""
+    rng, duration = np.random.default_rng(1), 1e4
+    life = rng.exponential(3000, 300)
+    runs = {"irregular_exponent": rng.normal(0.01, 1e-3, 300), "lifetime": life.clip(max=duration)}
+    runs["irregular_time"] = np.full(300, 2000.0)
+    seen = [
+        saddle(runs | {"settled": life < share * duration}, duration, since=1000.0)
+        for share in (0.5, 0.7, 1.0)
+    ]
+    assert len({str(one) for one in seen}) == 1
+    assert seen[0]["lifetime"].low < 3000 < seen[0]["lifetime"].high

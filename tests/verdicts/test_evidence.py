@@ -5,7 +5,7 @@ import pytest
 
 from beltrepro.base.store import Dataset
 from beltrepro.replication.verdicts import motions
-from beltrepro.replication.verdicts.evidence import Cut
+from beltrepro.replication.verdicts.evidence import Cut, Evidence
 from beltrepro.stats import transition
 
 U = np.tile(np.arange(1.0, 41), 4)
@@ -73,3 +73,13 @@ def test_periodic_attractors_beyond_the_fall_are_outliers():
     assert row.fall["critical"].value == pytest.approx(6, abs=0.5)
     single = Cut({name: values[::4] for name, values in points.items()}, 1e4, 3e4)
     assert not single.outliers.any()
+
+
+@pytest.mark.parametrize("ways", [("row", "column"), ("column", "row")])
+def test_a_row_and_a_column_of_one_number_are_two_cuts(ways):
+    u, noise = map(np.ravel, np.meshgrid([1.0, 2, 3], [0.0, 1, 2]))
+    arrays = {"n_blocks": np.full(9, 5), "belt_velocity": u, "noise": noise}
+    evidence = Evidence({"map": Dataset(arrays, {"transient": 1e4, "duration": 3e4})}, {})
+    cuts = {way: getattr(evidence, way)("map", 5, 1.0) for way in ways}
+    assert set(cuts["row"].noise) == {1.0} and cuts["row"].belt_velocity.tolist() == [1, 2, 3]
+    assert set(cuts["column"].belt_velocity) == {1.0} and cuts["column"].noise.tolist() == [0, 1, 2]
