@@ -263,9 +263,9 @@ def _shares(axes, scan):
         if np.all(spread.high - spread.low <= _ONE_MOTION):
             panels.draw_runs(axes, *share, index, apart=np.inf, **look)
         else:  # in front, and open, since many lie on each other
-            look |= {"markersize": 4.5 - 1.5 * index, "linestyle": "none", "zorder": 4}
-            look |= {"marker": "os"[index % 2], "markerfacecolor": "none", "markeredgewidth": 0.7}
-            axes.plot(*share, **look)
+            look |= {"markersize": max(4.5 - 1.5 * index, 2.5), "linestyle": "none", "zorder": 4}
+            look |= {"marker": style.MARKERS[index % 7], "markerfacecolor": "none"}
+            axes.plot(*share, markeredgewidth=0.7, **look)
     for limit in states.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.06, 1.06))

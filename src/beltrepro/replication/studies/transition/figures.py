@@ -230,7 +230,8 @@ def critical_velocity(data):
     for axes, noise in zip(grid, NOISES, strict=True):
         rows = panels.known_falls(table, "noise", noise)
         panels.falls(axes, rows, "n_blocks", style.colour_of_size, regions if noise else {})
-        axes.set(ylabel=rf"$N$ at $\sigma = {noise:g}$", xlim=(0, None))
+        axes.set_ylabel(rf"$N$ at $\sigma = {noise:g}$")
         if rows.empty:
             panels.note(axes, "no fall, or too few points")
+    grid[0].set_xlim(left=0)
     return figure
