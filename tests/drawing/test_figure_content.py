@@ -15,6 +15,7 @@ import figure_data as made
 import naive
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.avalanches import measure
+from beltrepro.replication.studies.noise.figures import _without_crumbs
 from beltrepro.stats import spectra, states
 from beltrepro.stats.densities import density
 from figure_data import SCANS, SCATTER, U, dataset
@@ -108,7 +109,10 @@ def is_spectrum(panel, data, prefactor, exponent):
     position = data.arrays["positions"][time >= data.attributes["transient"], -1]
     frequency, power = spectra.power_spectrum(position, interval)
     shown = frequency, np.sqrt(2 * power / 1e6)
-    panel.draws(r"$\nu$", r"amplitude $A(\nu)$", shown, scales="log log", more=3)
+    panel.draws(r"$\nu$", r"amplitude $A(\nu)$", shown, scales="log log", more=4)
+    means = next(curve for curve in panel.curves if not curve.line)
+    tenth = power[np.abs(np.log10(frequency / means.x[9])) < 0.05].mean()
+    assert means.y[9] == pytest.approx(np.sqrt(2 * tenth / 1e6), rel=0.01)
     median = panel.curve("median")
     near = np.abs(np.log10(frequency / median.x[-5])) < 0.025
     assert median.y[-5] == pytest.approx(np.median(shown[1][near]), rel=0.05)
@@ -256,9 +260,17 @@ def test_fig12_is_the_density_and_r_without_noise_with_exact_runs_and_other_star
 
 
 def test_fig13_is_the_mean_of_runs_at_neighbouring_velocities():
-    (panel,) = shown("fig13")
+    panel, falls = shown("fig13")
     curves = [(*together("n5_density", 5, s), rf"$\sigma = {s:g}$") for s in made.LEVELS]
-    panel.draws("$u$", "$r$", *curves)
+    panel.draws("", "$r$", *curves)
+    for place, low, high in map(drawn.corners, panel.axes.collections):
+        assert np.all((high - low > 1e-6) == (place < 40))
+    assert bars(falls) == [(17, 19), (16.5, 16.5), (18, 19.2), (19, 19)]
+
+
+def bars(panel):
+    ends = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in panel.axes.patches]
+    return [pytest.approx(pair) for pair in ends if np.isfinite(pair).all()]
 
 
 def test_fig14_is_a_strip_for_each_noise_and_the_column_at_u_7():
@@ -282,18 +294,18 @@ def test_fig15_and_fig21_are_means_over_bands_of_runs(figure, name, places):
     (panel,) = shown(figure)
     curves = [mean(*column(name, *place)) for place in places]
     panel.draws(r"$\sigma$", "$r$", *curves)
+    assert ("$N = 5$: $u$ within its fall" in panel.texts) == (figure == "fig21")
 
 
 def test_fig19_is_means_of_runs_at_sigma_1_over_the_printed_regions():
-    (panel,) = shown("fig19")
+    panel, falls = shown("fig19")
     curves = [
         (*mean(*row(name, n, 1.0)), f"$N = {n}$")
         for name in ("n5_replicates", "size_replicates")
         for n in SCANS[name][0]
     ]
-    panel.draws("$u$", "$r$", *curves, more=6)  # three regions; a middle with its interval
-    regions = [curve for curve in panel.curves if len(curve.x) == 2 and np.all(curve.y < 0)]
-    assert [list(curve.x) for curve in regions] == [[15, 18], [23, 32], [27, 40]]
+    panel.draws("", "$r$", *curves)
+    assert bars(falls) == [(18, 19.2), (15, 18), (23, 32), (27, 40)]
 
 
 def test_fig17_is_the_density_of_the_crossings_at_four_noises():
@@ -321,6 +333,9 @@ def test_fig22_is_a_density_for_each_number_of_blocks_and_noise():
             panel = next(panels)
             is_density(panel, "size_density", n, s)
             assert f"$N = {n}$" in panel.texts
+            irregular = dataset("motions").query(f"n_blocks == {n}")["chaotic"] / 3
+            heights = np.array([patch.get_height() for patch in panel.axes.patches])
+            assert list(heights / 0.09) == pytest.approx([1, 1, 1, *irregular] if s == 0 else [])
 
 
 def test_fig18_is_the_map_of_r_with_the_range_of_intermittency_and_the_shares():
@@ -334,6 +349,9 @@ def test_fig18_is_the_map_of_r_with_the_range_of_intermittency_and_the_shares():
     assert (image.scale, image.label, image.limits[0]) == ("linear", "$r$", 0)
     (contour,) = [one for one in above.axes.collections if isinstance(one, QuadContourSet)]
     assert list(contour.levels) == [pytest.approx(1 / 3)]
+    mixed = np.zeros((9, 20))
+    mixed[:, 12:] = mixed[[2, 2, 4, 4], [4, 6, 4, 6]] = 1  # the point among four has four of nine
+    assert np.argwhere(_without_crumbs(mixed) > 1 / 3)[:, 1].min() == 12
     low, high = states.LAMINAR_SHARE
     u = SCANS["n5_replicates"][1]
     shares = [(u, made.laminar(u, s), rf"$\sigma = {s:g}$") for s in (0.0, 1.0, 2.2, 5.0)]

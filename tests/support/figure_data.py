@@ -208,8 +208,9 @@ def section(method="verlet", count=900):
     crossings["position"] = 520 + rng.uniform(0, 180, count)
     crossings["velocity"] = 1.5 - rng.uniform(1, 40, count)
     crossings["velocity"][::7] = 1.5
-    about = {"section_block": 3, "section_position": 271.5, "kind": "section", "method": method}
-    return Dataset({"crossings": crossings}, HOW | {"belt_velocity": 1.5} | about)
+    about = {"n_blocks": 5, "belt_velocity": 1.5, "noise": 0.0}
+    about |= {"section_block": 3, "section_position": 271.5, "kind": "section", "method": method}
+    return Dataset({"crossings": crossings}, HOW | about)
 
 
 # --- long runs without noise ----------------------------------------------------------------------
@@ -448,6 +449,7 @@ def dataset(name):
         "noisy_motion": lambda: irregular.motion(
             n_blocks=[5], belt_velocity=[7.0, 16.0], noise=[0.25, 1.0, 2.2, 5.0, 10.0], runs=3
         ),
+        "motions": lambda: table("motions", every(["motion_map"])),
         "critical_velocities": critical_velocities,
     }
     made |= {name: functools.partial(scan, name) for name in SCANS}

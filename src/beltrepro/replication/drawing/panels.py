@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from numbers import Real
 
 import numpy as np
+from matplotlib.patches import Patch
 
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.base.store import Dataset
@@ -160,10 +161,15 @@ def remark(axes, text):
     return axes.set_title(text, loc="right", color="0.35")
 
 
+def heading(figure, about, names=("n_blocks", "belt_velocity", "noise")):
+    """Above a figure what all of it is of: attributes of a dataset."""
+    figure.suptitle(", ".join(artists.valued(name, about[name]) for name in names), color="0.35")
+
+
 def corner(axes, text):
     """What a diagram is of, in its lower right corner, legible over what lies below."""
     look = {"bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.8}, "ha": "right"}
-    axes.text(0.98, 0.08, text, transform=axes.transAxes, **look)
+    axes.text(0.98, 0.15, text, transform=axes.transAxes, **look)
 
 
 def note(axes, text, *, place=(0.5, 0.5), width=24):
@@ -189,6 +195,15 @@ def legend_above(axes, **changes):
         place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4}
         place |= {"frameon": False, "borderaxespad": 0.1, "borderpad": 0.1}
         axes.legend(**place | changes)
+
+
+SQUARES = style.BLUE, style.ORANGE
+
+
+def squares(figure, *words):
+    """Squares of two colours with their words, above a figure."""
+    handles = [Patch(color=one, label=label) for one, label in zip(SQUARES, words, strict=True)]
+    figure.legend(handles=handles, loc="outside upper center", ncols=2, handlelength=0.8)
 
 
 # --- ranges, enlarged parts, spectra --------------------------------------------------------------
@@ -257,10 +272,10 @@ def beside(axes, place, height, words, *, left=False, **look):
     return axes.annotate(words, (place, height), annotation_clip=True, **look)
 
 
-def printed_range(axes, low, high, words, *, top=0.96, left=False):
+def printed_range(axes, low, high, words, *, left=False):
     """A black strip over what the paper prints as a range of u, with words beside it."""
-    axes.axvspan(low, high, top - 0.03, top, color=style.BLACK, linewidth=0)
-    beside(axes, low if left else high, top - 0.015, words, left=left)
+    axes.axvspan(low, high, 0.87, 0.9, color=style.BLACK, linewidth=0)
+    beside(axes, low if left else high, 0.885, words, left=left)
 
 
 # --- curves and diagrams --------------------------------------------------------------------------
@@ -318,11 +333,45 @@ def together(velocities):
     return width * (np.ceil(velocities / width - 1e-9) - 0.5)
 
 
-def band(axes, place, values, **look):
-    """The mean at each place, over a band of 10 to 90 % of the values; nothing of none."""
-    measured = np.isfinite(values)
-    if measured.any():
-        artists.band(axes, place[measured], values[measured], **look)
+def band(axes, place, values, *, shaded=True, **look):
+    """The mean at each place, where shaded over a band of 10 to 90 % of the values, if any."""
+    spread = sections.spread(place, values)
+    if spread.place.size:
+        means = np.interp(place, spread.place, spread.mean)
+        kept = np.isfinite(values)
+        artists.band(axes, place[kept], np.where(shaded, values, means)[kept], **look)
+
+
+REPLICATES = "n5_replicates", "size_replicates"
+_ROW = 0.26  # height of a bar of `falls`
+
+
+def known_falls(table, column, value):
+    """Rows of critical_velocities of independent runs that fall, with this value in a column."""
+    known = table["dataset"].isin(REPLICATES) & table["critical"].notna()
+    return table[known & (table[column] == value)]
+
+
+def falls(axes, rows, column, colour_of, printed):
+    """Falls of r from 90 to 10 % and their middles by a column, and, black, those printed."""
+    levels = sorted({*rows[column], *printed})
+    for place, level in enumerate(levels):
+        look = {"color": colour_of(level), "fmt": "o", "markersize": 2.5, "elinewidth": 0.9}
+        for row in rows[rows[column] == level].itertuples():
+            axes.barh(place, row.upper - row.lower, _ROW, row.lower, color=look["color"])
+            reach = np.nan_to_num([[row.critical - row.low], [row.high - row.critical]])
+            axes.errorbar(row.critical, place + _ROW, xerr=reach, **look)
+        low, high = np.broadcast_to(printed.get(level, np.nan), 2)
+        look = {
+            "facecolor": style.BLACK,
+            "edgecolor": style.BLACK,
+            "linewidth": 1.4 * (low == high),
+        }
+        axes.barh(place + 2 * _ROW, high - low, _ROW, low, **look)
+    axes.set_yticks(np.arange(len(levels)) + _ROW, [f"{level:g}" for level in levels])
+    axes.set(xlabel=BELT_VELOCITY, ylim=(len(levels) - _ROW, -2 * _ROW))
+    axes.tick_params(axis="y", length=0)
+    remark(axes, "bar: fall of $r$, dot: $u_c$, black: paper")
 
 
 def diagrams(scan, places, *, bar="bottom"):
@@ -342,16 +391,18 @@ def diagrams(scan, places, *, bar="bottom"):
         else:
             note(axes, "no crossing of the section in this scan")
     words = artists.label("density of $v_N$ at given $u$", "1/velocity")
-    densities(maps, [axes for axes, _ in places], words, location=bar, format="%g")
+    look = {"rare": "white", "location": bar, "format": "%g"}
+    densities(maps, [axes for axes, _ in places], words, **look)
     for axes, *_ in maps:
         lowest = min(up[np.argmax(np.any(density > 0, axis=1))] for _, _, up, density in maps)
         axes.set_ylim(lowest, 0)
 
 
-def densities(maps, axes, words, **bar):
-    """Densities, of (axes, x, y, values), in one scale of colours, which stands beside `axes`."""
+def densities(maps, axes, words, *, rare=None, **bar):
+    """Densities (axes, x, y, values) in one scale of colours beside `axes`, `rare` below it."""
     if maps:
         colours = artists.colour_limits(*(values for *_, values in maps))
+        colours["cmap"] = artists.SHADES.with_extremes(under=rare)
         meshes = [artists.density(*one, **colours) for one in maps]
         artists.colour_bar(meshes, axes, words, aspect=40, **bar).minorticks_off()
 

@@ -20,7 +20,7 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = COLOURS
 PAPER = {"color": BLACK, "linestyle": "--", "linewidth": 1.0}  # what the paper prints
 HERE = {"color": VERMILION, "linewidth": 1.4}  # the same, as found here
 MARKERS = "osD^vXP"
-DASHES = ("-", "--", "-.", ":")
+DASHES = ("-", "--", ":", "-.")
 
 WIDTH = 8.6 / 2.54  # inches: a column of the paper
 WIDE = 17.8 / 2.54  # both columns

@@ -12,7 +12,7 @@ from beltrepro.simulation.observables import STUCK, avalanche_energies, slip_siz
 from beltrepro.stats.densities import Density, density
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import PowerLawFit
-from beltrepro.stats.spectra import FIT_BAND
+from beltrepro.stats.spectra import FIT_BAND, power_spectrum
 
 FIGURES = {
     "fig08": Figure(uses=("u1",), number="8", shows={"spectrum-exponent": ("exponent",)}),
@@ -44,7 +44,7 @@ def fig08(data):
     last = _last_part(series)
     time, relative = last["time"], last["relative"]
     figure, (upper, lower, spectrum, enlarged) = panels.page(
-        4.05, "aa;bb;cd", height_ratios=(1, 1, 1.4), width_ratios=(1.8, 1)
+        4.05, "aa;bb;cd", height_ratios=(1, 1, 1.9), width_ratios=(1.8, 1)
     )
     panels.trace(upper, time, last["position"], ylabel=panels.POSITION)
     panels.spectrum(spectrum, series, measure.as_amplitude, ylabel=r"amplitude $A(\nu)$")
@@ -56,6 +56,7 @@ def fig08(data):
     middle = time[np.argmin(relative)]
     panels.zoom(lower, enlarged, time, relative, (middle - ZOOM / 2, middle + ZOOM / 2))
     enlarged.locator_params(axis="x", nbins=2)
+    panels.heading(figure, series.attributes)
     return figure
 
 
@@ -70,13 +71,22 @@ def _last_part(series):
 
 @panels.reduced
 def _fit(series):
-    """The power law of the mean spectrum of the stretches of a series."""
+    """The power law of the mean spectrum of the stretches of a series, and means in narrow bins."""
     fit = measure.spectral_law(series, amplitude=True).judged
-    return {name: estimate.value for name, estimate in fit.items()}
+    time, position, _ = panels.last_block(series)
+    chosen = time >= series.attributes["transient"]
+    frequency, power = power_spectrum(position[chosen], float(np.median(np.diff(time))))
+    bins = np.floor(10 * np.log10(frequency))
+    bins[(frequency < FIT_BAND[0]) | (frequency > FIT_BAND[1])] = np.nan
+    means = measure.as_amplitude([power[bins == one].mean() for one in np.unique(bins)[:-1]])
+    numbers = {name: estimate.value for name, estimate in fit.items()}
+    return numbers | {"places": 10 ** ((np.unique(bins)[:-1] + 0.5) / 10), "means": means}
 
 
 def _law(axes, series):
-    """The fitted power law, beside the printed one."""
+    """The fitted power law, beside the printed one, over the means that it is fitted to."""
+    look = {"color": style.GREEN, "markersize": 3.5, "markerfacecolor": "none"}
+    axes.plot(*(_fit(series)[name] for name in ("places", "means")), "o", **look)
     for numbers, words, look in (
         (_fit(series), "fit: ", {}),
         (printed("spectrum-exponent"), "paper: ", style.PAPER),
@@ -108,7 +118,7 @@ def fig09(data):
         below.sharex(above)
         above.set(xscale="log", yscale="log", ylabel=f"$P({symbol})$")
         below.set(xlabel=f"${symbol}$", ylabel="local exponent")
-        panels.remark(below, "power law: level")
+        panels.remark(below, "a power law\nwould be level")
         try:
             _densities(above, below, data["slips_u1"], what, claim)
         except NotEnoughDataError as reason:
@@ -195,6 +205,8 @@ def fig10(data):
     exact.sharey(scheme)
     scheme.set_ylabel(panels.RELATIVE_VELOCITY)
     magnified.set_ylabel(panels.RELATIVE_VELOCITY)
+    scheme.axvspan(*MAGNIFIED, fill=False, linewidth=0.8, linestyle="--")
+    panels.heading(figure, about)
     return figure
 
 

@@ -304,6 +304,7 @@ def _draw_contraction(exponents, lifetimes, table):
     bars = look | {"linestyle": "none", "elinewidth": 3, "ecolor": "0.75"}
     panels.intervals(exponents, size, *numbers, **bars)
     exponents.axhline(0, color="0.4", linewidth=0.7, zorder=0)
+    exponents.axhspan(-_LINEAR_TO, _LINEAR_TO, color="0.92", linewidth=0, zorder=-1)
     above = {"markerfacecolor": "white", "color": style.VERMILION, "markersize": 3.5}
     exponents.plot(size, table["exponent_irregular"], "D", label="irregular to the end", **above)
     exponents.set_yscale("symlog", linthresh=_LINEAR_TO, linscale=0.6)

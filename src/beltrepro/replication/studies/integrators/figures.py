@@ -55,9 +55,8 @@ def _limits(axes, count):
 
 # --- Comparison of integrators: the attractors reached without noise ------------------------------
 
-TICKS = 5  # most words at an axis of belt velocities
 _COLUMNS = ("belt_velocity", "initial_spread", "time_step", "final_disorder")
-_WIDTH = 0.8  # of the group of bars at one u
+_WIDTH = 0.8  # of the group of bars at one u, in steps of u
 
 
 @panels.draws(FIGURES)
@@ -70,38 +69,31 @@ def agreement_attractors(data):
         np.unique(scans[0].arrays[name]) for name in ("initial_spread", "belt_velocity")
     )
     figure = style.page(0.65 + 1.7 * spreads.size)
+    width = _WIDTH * np.diff(velocities).min(initial=10.0) / len(sides)
     rows = figure.subplots(spreads.size, 2, sharex=True, squeeze=False)
     for (left, right), spread in zip(rows, spreads, strict=True):
         at_spread = shares[np.isclose(shares["initial_spread"], spread)]
         for index, (role, step, colour, label, runs) in enumerate(sides):
-            offset = _WIDTH * ((index + 0.5) / len(sides) - 0.5)
+            offset = width * (index + 0.5 - len(sides) / 2)
             compared = at_spread[np.isclose(at_spread["time_step"], step)]
-            place = np.searchsorted(velocities, compared["belt_velocity"] - 1e-9) + offset
-            bars = {
-                "fmt": style.MARKERS[index],
-                "markersize": 3,
-                "elinewidth": 0.8,
-                "color": colour,
-            }
+            place = compared["belt_velocity"] + offset
+            bars = {"fmt": style.MARKERS[index], "markersize": 3, "elinewidth": 0.8}
             mean, error = compared[f"mean_{role}"], compared[f"error_{role}"].fillna(0)
-            left.errorbar(place, mean, error, label=label, **bars)
+            left.errorbar(place, mean, error, label=label, color=colour, **bars)
             near = runs[runs["initial_spread"] == spread]
             for velocity, at_velocity in near.groupby("belt_velocity"):
-                place = np.searchsorted(velocities, velocity) + offset
-                _runs(right, place, at_velocity["final_disorder"], colour, _WIDTH / len(sides))
+                _runs(right, velocity + offset, at_velocity["final_disorder"], colour, width)
         left.set(ylabel="share still sticking", ylim=(-0.05, 1.05))
         right.set(ylabel="$r$ at the end")
         right.set_ylim(bottom=0)
         right.locator_params(axis="y", nbins=5)
         panels.remark(left, f"initial spread {spread:g}")
-    every = -(-velocities.size // TICKS)
-    words = [f"{velocity:g}" for velocity in velocities[::every]]
     for panel in rows[-1]:
-        panel.set_xticks(range(0, velocities.size, every), words)
-        panel.set_xlabel(f"{panels.BELT_VELOCITY} (not to scale)")
+        panel.set_xlabel(panels.BELT_VELOCITY)
     panels.letters(*rows.flat)
     legend = rows[0, 0].get_legend_handles_labels()
-    figure.legend(*legend, loc="outside upper center", ncols=2)
+    look = {"ncols": 4, "title": "paper's scheme, by $dt$, and exact motion"}
+    figure.legend(*legend, loc="outside upper center", **look)
     return figure
 
 
@@ -111,15 +103,10 @@ def _sides(tested, reference):
         pd.DataFrame({name: side.arrays[name] for name in _COLUMNS}) for side in (tested, reference)
     )
     for (step, at_step), colour in zip(runs.groupby("time_step"), style.COLOURS, strict=False):
-        yield "tested", step, colour, f"{_word(tested)}, $dt = {step:g}$", at_step
+        yield "tested", step, colour, f"$dt = {step:g}$", at_step
     finest = base[base["time_step"] == base["time_step"].min()]
     coarse = runs["time_step"].min()
-    yield "reference", coarse, style.BLACK, _word(reference), finest
-
-
-def _word(scan):
-    method = scan.attributes["method"]
-    return panels.METHODS.get(method, method)
+    yield "reference", coarse, style.BLACK, "exact", finest
 
 
 def _runs(axes, place, final, colour, width):

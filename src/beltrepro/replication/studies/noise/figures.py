@@ -14,7 +14,7 @@ from beltrepro.simulation import artists
 from beltrepro.stats import sections, states
 
 FIGURES = {
-    "fig13": Figure(uses=("n5_density",), number="13"),
+    "fig13": Figure(uses=("n5_density", "critical_velocities"), number="13"),
     "fig14": Figure(uses=("n5_density", "n5_u7"), number="14", shows={"sigma-c-u7": ("sigma_c",)}),
     "fig15": Figure(uses=("n5_columns",), number="15"),
     "fig16": Figure(uses=("u17", "u19", "n5_replicates"), number="16"),
@@ -29,33 +29,25 @@ FIGURES = {
 
 # --- Fig. 13: the fall of r at several noise levels -----------------------------------------------
 
+NO_BANDS = 40.0  # beyond this u bands of all noises would cover each other
+
 
 @panels.draws(FIGURES)
 def fig13(data):
-    """r(u) of five blocks for each noise: the mean of runs, over a band of 10 to 90 % of them."""
+    """a: r(u) of five blocks for each noise, means over bands of runs; b: where it falls."""
     scan = data["n5_density"]
-    figure = style.page(2.9)
-    axes = figure.subplots()
+    figure, (axes, below) = panels.page(4.05, "a;b", sharex=True, height_ratios=(2.6, 1))
     for noise in panels.levels(scan, "noise"):
         row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
         place = panels.together(row["belt_velocity"])
         look = style.look_of_noise(noise) | {"label": rf"$\sigma = {noise:g}$"}
-        panels.band(axes, place, row["disorder_parameter"], **look)
-    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=5, handlelength=2)
-    _printed(axes)
-    axes.set_xlim(0, None)
+        panels.band(axes, place, row["disorder_parameter"], shaded=place < NO_BANDS, **look)
+    panels.finish_curves(axes, xlabel="", ncols=5, handlelength=1.4, columnspacing=0.5)
+    paper = {0.0: printed("u-critical"), 2.2: printed("uc-sigma22")["u_c"]}
+    rows = panels.known_falls(data["critical_velocities"], "n_blocks", N_BLOCKS)
+    panels.falls(below, rows, "noise", lambda s: style.look_of_noise(s)["color"], paper)
+    below.set(ylabel=panels.NOISE, xlim=(0, None))
     return figure
-
-
-def _printed(axes):
-    axes.set_ylim(top=1.15 * axes.get_ylim()[1])
-    for velocity, words, left in (
-        (printed("u-critical"), r"paper: $\sigma = 0$", True),
-        (printed("uc-sigma22")["u_c"], r"$\sigma = 2.2$", False),
-    ):
-        look = {"color": style.BLACK, "markersize": 7, "markeredgewidth": 1.4}
-        axes.plot(velocity, 0.94, "|", transform=axes.get_xaxis_transform(), **look)
-        panels.beside(axes, velocity, 0.94, words, left=left)
 
 
 # --- Fig. 14: periodic windows and noise ----------------------------------------------------------
@@ -73,7 +65,8 @@ def fig14(data):
     places = [(axes, _row(noise)) for axes, noise in zip(strips, levels, strict=False)]
     panels.diagrams(scan, places, bar="right")
     for axes, noise in zip(strips, levels, strict=False):
-        panels.corner(axes, rf"$\sigma = {noise:g}$")
+        look = {"transform": axes.transAxes, "rotation": 90, "va": "center"}
+        axes.text(1.01, 0.5, rf"$\sigma = {noise:g}$", **look)
         axes.set_ylabel(panels.VELOCITY)
     strips[-1].set(xlabel=panels.BELT_VELOCITY, xlim=(0, None))
     below = figure.add_subplot(lower)
@@ -117,14 +110,12 @@ def fig15(data):
     velocities = panels.levels(data["n5_columns"], "belt_velocity")
     figure = style.page(2.9)
     axes = figure.subplots()
-    places = {}
-    for index, (u, colour) in enumerate(
-        zip(velocities, style.shades(velocities.size), strict=True)
-    ):
-        look = {"color": colour, "marker": style.MARKERS[index % 7], "label": f"$u = {u:g}$"}
-        places[N_BLOCKS, u] = look
+    places, shades = {}, style.shades(velocities.size)
+    for index, u in enumerate(velocities):
+        look = {"color": shades[index], "marker": style.MARKERS[index % 7], "label": f"$u = {u:g}$"}
+        places[N_BLOCKS, u] = look | {"shaded": index % 2 == 0}  # all bands are a fog
     panels.against_noise(axes, data["n5_columns"], places)
-    axes.axvline(GUIDE, color=style.GREY, linewidth=0.6, zorder=0)
+    axes.axvline(GUIDE, color=style.GREY, linewidth=1.0, linestyle="--", zorder=0)
     panels.beside(axes, GUIDE, 0.04, "guide to the eye")
     return figure
 
@@ -173,37 +164,36 @@ FOOT = 0.04  # height of the marks, as a share of the panel
 def fig17(data):
     """Density of v_N at the section for each u, on the plane (u, v_N), a panel per noise level."""
     scan = data["n5_density"]
-    figure, grid = panels.page(4.0, "ab;cd", sharex=True, sharey=True)
+    figure, grid = panels.page(4.05, "ab;cd", sharex=True, sharey=True)
     panels.diagrams(scan, [(axes, _row(s)) for axes, s in zip(grid, NOISES, strict=True)])
     for axes, noise in zip(grid, NOISES, strict=True):
         axes.set_title(rf"$\sigma = {noise:g}$")
         _marks(axes, sections.cut(scan, **_row(noise)))
-        axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
+        axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY, xticks=range(10, 51, 10))
         axes.label_outer()
-    place = {"loc": "lower left", "bbox_to_anchor": (0.37, 2 * FOOT), "ncols": 1}
-    panels.legend_above(grid[1], title="last block", handlelength=0.6, **place)
+    panels.squares(figure, "last block never sticks", "last block sticks now and then")
     return figure
 
 
 def _marks(axes, row):
-    """At the head of each u: whether the last block slips on, or both motions take turns."""
+    """A mark at the foot of each u at which the last block does not always stick."""
     low, high = states.LAMINAR_SHARE
     share = sections.spread(row["belt_velocity"], row["laminar_fraction"])
-    for chosen, colour, words in (
-        (share.mean > high, style.BLUE, "slips on"),
-        ((share.mean >= low) & (share.mean <= high), style.ORANGE, "for a time"),
-    ):
+    often = share.mean > high, (share.mean >= low) & (share.mean <= high)
+    for chosen, colour in zip(often, panels.SQUARES, strict=True):
         if chosen.any():
             places = share.place[chosen]
-            look = {"color": colour, "markersize": 3, "transform": axes.get_xaxis_transform()}
-            axes.plot(places, np.full(places.size, FOOT), "|", label=words, **look)
+            look = {"color": colour, "markersize": 5, "transform": axes.get_xaxis_transform()}
+            axes.plot(places, np.full(places.size, FOOT), "|", **look)
 
 
 # --- Fig. 18: map of the disorder parameter -------------------------------------------------------
 
 _ONE_MOTION = 0.5  # largest range of the laminar shares at one u, for a line to join their means
+_ALL_STICK = 13.5  # below this u no run has a laminar phase
 UNSHOWN = (0.5,)  # noise at which b shows what it shows at 0 and 1
 _AROUND, _MANY = 3, 1 / 3  # points of sigma and u, of which so many are intermittent at its border
+_CRUMB = 3  # points of a region that is not shown, at most
 
 
 @panels.draws(FIGURES)
@@ -212,8 +202,8 @@ def fig18(data):
     points = data["n5_map"].arrays
     measured = (points["n_blocks"] == N_BLOCKS) & np.isfinite(points["disorder_parameter"])
     points = sections.select(points, measured)
-    figure, (above, below) = panels.page(4.05, "a;b", sharex=True, height_ratios=(1.7, 1))
-    above.set_ylabel(panels.NOISE)
+    figure, (above, below) = panels.page(4.05, "a;b", height_ratios=(1.6, 1))
+    above.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.NOISE)
     if points["noise"].size:
         table = {name: points[name] for name in ("noise", "belt_velocity", "disorder_parameter")}
         table["intermittent"] = states.intermittent_mask(points).astype(float)
@@ -223,10 +213,15 @@ def fig18(data):
         image = above.pcolormesh(*place, disorder, cmap="viridis", vmin=0, rasterized=True)
         figure.colorbar(image, ax=above, pad=0.01, label=panels.DISORDER)
         if min(mixed.shape) > 1:
-            around = scipy.ndimage.uniform_filter(mixed.to_numpy(), _AROUND, mode="nearest")
+            around = _without_crumbs(mixed.to_numpy())
             look = {"colors": "white", "linewidths": 2.0, "linestyles": ":"}
             above.contour(mixed.columns, mixed.index, around, levels=[_MANY], **look)
             panels.note(above, "intermittent", place=(0.75, 0.75))
+            lowest = mixed.columns[around[0] > _MANY]
+            if lowest.size:
+                look = {"color": "white", "arrowprops": {"arrowstyle": "->", "color": "white"}}
+                place, words = (lowest[0] - 5, 1), "reaches $\\sigma = 0$\n(paper: not)"
+                above.annotate(words, (lowest[0], 0), place, ha="right", **look)
         _falls(above, data["critical_velocities"])
     else:
         panels.note(above, "no points in this scan")
@@ -234,10 +229,18 @@ def fig18(data):
     return figure
 
 
+def _without_crumbs(mixed):
+    """Share of intermittent points around each, without regions and gaps of a few points."""
+    around = scipy.ndimage.uniform_filter(mixed, _AROUND, mode="nearest")
+    for inside, other in ((around > _MANY, 0.0), (around <= _MANY, 1.0)):
+        region, _ = scipy.ndimage.label(inside)
+        around[inside & (np.bincount(region.ravel())[region] <= _CRUMB)] = other
+    return around
+
+
 def _falls(axes, table):
     """Where r falls at each noise, from independent runs, and where the paper sees it fall."""
-    rows = table[(table["dataset"] == "n5_replicates") & (table["n_blocks"] == N_BLOCKS)]
-    rows = rows[rows["critical"].notna()]
+    rows = panels.known_falls(table, "n_blocks", N_BLOCKS)
     reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
     halo = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
     look = {"fmt": "o", "color": style.BLACK, "markersize": 2.5, "elinewidth": 0.9} | halo
@@ -254,14 +257,17 @@ def _shares(axes, scan):
     for index, noise in enumerate(noises):
         row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
         share = row["belt_velocity"], row["laminar_fraction"]
-        label = rf"$\sigma = {noise:g}$"
+        look = style.look_of_noise(noise) | {"label": rf"$\sigma = {noise:g}$"}
         spread = sections.spread(*share)
         # runs that keep to one of both motions have a mean, but no motion has it
-        agree = np.all(spread.high - spread.low <= _ONE_MOTION)
-        look = {"apart": np.inf} if agree else {"apart": 0.0, "linestyle": "none"}
-        look = style.look_of_noise(noise) | look
-        panels.draw_runs(axes, *share, index, label=label, **look)
+        if np.all(spread.high - spread.low <= _ONE_MOTION):
+            panels.draw_runs(axes, *share, index, apart=np.inf, **look)
+        else:  # in front, and open, since many lie on each other
+            look |= {"markersize": max(4.5 - 1.5 * index, 2.5), "linestyle": "none", "zorder": 4}
+            look |= {"marker": style.MARKERS[index % 7], "markerfacecolor": "none"}
+            axes.plot(*share, markeredgewidth=0.7, **look)
     for limit in states.LAMINAR_SHARE:
         axes.axhline(limit, color="0.5", linewidth=0.8, linestyle=":")
-    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.04, 1.04))
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="laminar share", ylim=(-0.06, 1.06))
+    axes.set_xlim(left=_ALL_STICK)
     panels.legend_above(axes)

@@ -1,19 +1,20 @@
 """Figs. 19 to 22: other numbers of blocks."""
 
 import numpy as np
+from matplotlib import rc_context
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.verdicts.ledger import printed
-from beltrepro.stats import sections
+from beltrepro.stats import motion, sections
 
 FIGURES = {
     "fig19": Figure(uses=("critical_velocities", "n5_replicates", "size_replicates"), number="19"),
     "fig20": Figure(
         uses=("n10_u28", "n10_u31", "n10_u34", "n10_u38", "size_replicates"), number="20"
     ),
-    "fig21": Figure(uses=("size_columns",), number="21"),
-    "fig22": Figure(uses=("size_density",), number="22"),
+    "fig21": Figure(uses=("size_columns", "critical_velocities"), number="21"),
+    "fig22": Figure(uses=("size_density", "motions"), number="22"),
 }
 
 
@@ -21,44 +22,23 @@ FIGURES = {
 
 NOISE = 1.0
 SIZES = (2, 3, 4, 6, 7, 10)
-REGIONS = (5, 7, 10)  # numbers of blocks whose regions the paper prints
 
 
 @panels.draws(FIGURES)
 def fig19(data):
-    """r(u) at sigma = 1 for each N: means of runs over a band of 10 to 90 % of them."""
-    figure = style.page(3.4)
-    axes = figure.subplots()
-    for name in ("n5_replicates", "size_replicates"):
+    """a: r(u) at sigma = 1 for each N, means of runs over bands; b: where it falls."""
+    figure, (axes, below) = panels.page(4.05, "a;b", sharex=True, height_ratios=(2.6, 1))
+    for name in panels.REPLICATES:
         for n_blocks in panels.levels(data[name], "n_blocks"):
             row = sections.cut(data[name], n_blocks=n_blocks, noise=NOISE)
             look = style.look_of_size(n_blocks) | {"label": f"$N = {n_blocks}$"}
             panels.band(axes, row["belt_velocity"], row["disorder_parameter"], **look)
-    panels.finish_curves(axes, xlabel=panels.BELT_VELOCITY, ncols=6, handlelength=2)
-    _regions(axes, data["critical_velocities"])
-    axes.set_xlim(left=0)
+    panels.finish_curves(axes, xlabel="", ncols=6, handlelength=2)
+    rows = panels.known_falls(data["critical_velocities"], "noise", NOISE)
+    regions = {int(n): ends for n, ends in printed("transition-width").items()}
+    panels.falls(below, rows, "n_blocks", style.colour_of_size, regions)
+    below.set(ylabel="$N$", xlim=(0, None))
     return figure
-
-
-def _regions(axes, table):
-    """Below r = 0 the printed regions, and on each the middle of the fall that we find."""
-    in_scans = table["dataset"].isin(["n5_replicates", "size_replicates"])
-    table = table[in_scans & (table["noise"] == NOISE) & table["critical"].notna()]
-    step = 0.05 * axes.get_ylim()[1]
-    for place, n_blocks in enumerate(REGIONS, start=1):
-        low, high = printed("transition-width")[str(n_blocks)]
-        colour = style.colour_of_size(n_blocks)
-        axes.plot((low, high), [-place * step] * 2, color=colour, linewidth=4, alpha=0.4)
-        for row in table[table["n_blocks"] == n_blocks].itertuples():
-            reach = [[row.critical - row.low], [row.high - row.critical]]
-            look = {"color": colour, "marker": "|", "markersize": 6, "capsize": 1.5}
-            axes.errorbar([row.critical], [-place * step], xerr=np.nan_to_num(reach), **look)
-    end = printed("transition-width")[str(REGIONS[0])][1]
-    axes.text(end + 2, -step, "bars: paper; strokes: $u_c$ here", va="center")
-    axes.axhline(0, color=style.BLACK, linewidth=0.6)
-    ticks = [tick for tick in axes.get_yticks() if tick >= 0]
-    axes.set_ylim(bottom=-4 * step)
-    axes.set_yticks(ticks[:-1])
 
 
 # --- Fig. 20: ten blocks in their transition region -----------------------------------------------
@@ -84,6 +64,7 @@ def fig20(data):
         panels.laminar_trace(axes, series, laminar_time, SHOWN_LENGTH)
     stack[-1].set_xlabel("$t$ since the left edge of the panel")
     _last_sticks(last_sticks, lasting, scan, laminar_time)
+    panels.heading(figure, every[0].attributes, ("n_blocks", "noise"))
     return figure
 
 
@@ -92,8 +73,8 @@ def _last_sticks(axes, beside, scan, laminar_time):
     row = sections.cut(scan, n_blocks=N_BLOCKS, noise=0.0)
     velocity, transient = row["belt_velocity"], float(scan.attributes["transient"])
     duration = float(scan.attributes["duration"])
-    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick / run", ylim=(-0.05, 1.05))
-    beside.set(xlabel=panels.BELT_VELOCITY, ylabel="sticks to the end", ylim=(-0.05, 1.05))
+    axes.set(xlabel=panels.BELT_VELOCITY, ylabel="last stick\n(share of run)", ylim=(-0.05, 1.05))
+    beside.set(xlabel=panels.BELT_VELOCITY, ylabel="share sticking\nto the end", ylim=(-0.05, 1.05))
     # a run that never sticks after the transient has none
     last = np.where(np.isfinite(row["last_stick_time"]), row["last_stick_time"], transient)
     lasting = last > duration - laminar_time
@@ -113,22 +94,31 @@ def _last_sticks(axes, beside, scan, laminar_time):
 def fig21(data):
     """r(sigma) of several N, each at its u: means of runs over a band of 10 to 90 % of them."""
     arrays, figure = data["size_columns"].arrays, style.page(2.9)
-    points = sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True)))
+    axes = figure.subplots()
     places = {}
-    for n, u in points:
+    for n, u in sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True))):
         face = "white" if any(size == n for size, _ in places) else None
         look = {"markerfacecolor": face, "label": f"$N = {n}$, $u = {u:g}$"}
         places[n, u] = style.look_of_size(n) | look
-    panels.against_noise(figure.subplots(), data["size_columns"], places, ncols=2)
+    panels.against_noise(axes, data["size_columns"], places, ncols=2)
+    falls = panels.known_falls(data["critical_velocities"], "noise", 0).set_index("n_blocks")
+    for line, (n, u) in zip(list(axes.lines), places, strict=False):
+        if n in falls.index and falls["lower"][n] < u < falls["upper"][n]:
+            look = {"color": line.get_color(), "textcoords": "offset points", "ha": "right"}
+            words = f"$N = {n}$: $u$ within its fall"
+            axes.annotate(words, line.get_xydata()[-1], (0, -6), va="top", **look)
     return figure
 
 
 # --- Fig. 22: bifurcation diagrams of other system sizes ------------------------------------------
 
 MOST_NOISES = 3
+FOOT = 0.09  # height of the strip of motions, as a share of the panel
+IRREGULAR = [motion.CHAOTIC, motion.STABLE_CHAOS, motion.TRANSIENT]
 
 
 @panels.draws(FIGURES)
+@rc_context({"font.size": 9.0})
 def fig22(data):
     """v_N at the section against u, a row for each N, a column for each noise."""
     scan = data["size_density"]
@@ -148,5 +138,18 @@ def fig22(data):
         axes.label_outer()
     for axes, noise in zip(grid[0], noises, strict=True):
         axes.set_title(rf"$\sigma = {noise:g}$")
+    for axes, n_blocks in zip(grid[:, 0], SIZES, strict=True):
+        _motions(axes, data["motions"].query(f"n_blocks == {n_blocks}"))
+    panels.letters(*grid[:, 0])
+    panels.squares(figure, "foot: runs that end periodic", "irregular to the end")
     grid[0, 0].set_xlim(left=0)
     return figure
+
+
+def _motions(axes, table):
+    """At the foot the shares of runs at each u that end in either kind of motion."""
+    share = FOOT * table[IRREGULAR].sum(axis=1) / table["runs"]
+    place, width = table["belt_velocity"], table["belt_velocity"].diff().min()
+    look = {"width": width, "linewidth": 0, "transform": axes.get_xaxis_transform()}
+    for height, colour in zip((FOOT, share), panels.SQUARES, strict=True):
+        axes.bar(place, height, color=colour, **look)

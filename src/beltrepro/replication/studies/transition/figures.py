@@ -50,8 +50,8 @@ def fig11(data):
     enlarged.set(xlabel=panels.TIME, ylabel=panels.POSITION)
     spread = data["u20_slips"].attributes["initial_spread"]
     panels.remark(above, f"start moved by {spread:g}: last stick at $t$ = {last_stick:.0f}")
-    relative.legend(loc="lower right")
-    above.text(0.98, 0.8, "slips on", transform=above.transAxes, ha="right")
+    panels.legend_above(relative)
+    above.text(0.98, 0.8, "sticks no more", transform=above.transAxes, ha="right")
 
     series = data["u20"]
     settles = _transient(series, "orbit")
@@ -62,6 +62,7 @@ def fig11(data):
     words = f"period {period:.1f} from $t$ = {end:.0f} on" if is_orbit else "no period found"
     panels.remark(rest, f"start at rest: {words}")
     _ends(ends, data["lifetimes"], float(series.attributes["belt_velocity"]))
+    panels.heading(figure, series.attributes)
     return figure
 
 
@@ -100,7 +101,7 @@ def _ends(axes, scan, velocity):
     """The share of starts whose last block slips for good, over the time of its last stick."""
     arrays, duration = scan.arrays, float(scan.attributes["duration"])
     at_velocity = np.isclose(arrays["belt_velocity"], velocity)
-    axes.set(xlabel="last stick", ylabel="slips for good", xlim=(0, duration), ylim=(0, 1))
+    axes.set(xlabel="last stick (time)", ylabel="share of starts", xlim=(0, duration), ylim=(0, 1))
     if not at_velocity.any():
         panels.note(axes, "no run at this velocity", width=12)
         return
@@ -109,13 +110,14 @@ def _ends(axes, scan, velocity):
     steps = [0, *ended, duration], [0, *share, *share[-1:], *[0.0] * (not share.size)]
     axes.step(*steps, where="post", color=style.BLUE)
     axes.axvline(printed("u20-transient"), **style.PAPER)
-    panels.remark(axes, f"{ended.size} of {at_velocity.sum()} starts")
+    panels.remark(axes, f"{ended.size} of {at_velocity.sum()} starts\nend in lasting slip")
 
 
 # --- Fig. 12: the transition without noise --------------------------------------------------------
 
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
+BACK = 43.5  # beyond this u runs of large r are many again
 OUTLIERS = 20, 22  # between these the paper has three points of large r
 PLAIN = 50  # a shorter range of lifetimes has plain numbers
 
@@ -141,9 +143,9 @@ def _disorder(axes, data):
     """r of the row, over runs from other starts and their fall, under r by the other integrator."""
     starts = data.get("n5_replicates_check")
     if starts is not None:
-        look = {"color": "0.65", "markersize": 2.6, "markeredgewidth": 0}
+        look = {"color": style.GREEN, "markersize": 3.4, "markerfacecolor": "none", "zorder": 3}
         points = (starts.arrays[name] for name in ("belt_velocity", "disorder_parameter"))
-        axes.plot(*points, ".", label="other starts", **look)
+        axes.plot(*points, "o", label="other starts", **look)
     for name, label, look in (
         ("n5_density", "as in the paper", {"color": style.BLUE, "markersize": 1.2}),
         ("n5_rows_check", "exact motion", {"color": style.ORANGE, "marker": "x", "markersize": 3}),
@@ -153,7 +155,8 @@ def _disorder(axes, data):
             points = row["belt_velocity"], row["disorder_parameter"]
             axes.plot(*points, **{"marker": ".", "linestyle": "none", "label": label} | look)
     panels.finish_curves(axes, xlabel="", handlelength=0.6, markerscale=1.6)
-    panels.make_room(axes, above=0.3)
+    panels.make_room(axes, above=0.2)
+    panels.beside(axes, BACK, 0.45, "large $r$ again:\nnot said in paper", left=True)
     if starts is not None:
         _mark_transition(axes, _fall(starts))
     panels.printed_range(axes, *OUTLIERS, "outliers")
@@ -175,24 +178,20 @@ def _mark_transition(axes, fall):
     words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f}"
     panels.shows(region, "u-critical", "lower", "upper")
     panels.shows(line, "u-critical", "critical")
-    text = panels.beside(axes, PRINTED[1], 0.82, words, color=style.VERMILION)
+    text = panels.beside(axes, PRINTED[1], 0.78, words, color=style.VERMILION)
     panels.shows(text, "u-critical", "lower", "upper", "critical")
 
 
 def _lifetimes(axes, data):
-    settled, last_stick = data["survival"], data["lifetimes_wide"]
-    for ends_of, label, colour, marker in (
-        (lambda: measure.until_settled(settled, SPREAD), "irregular, exact", style.BLUE, "o"),
-        (
-            lambda: measure.until_last_stick(last_stick),
-            "to last stick, scheme",
-            style.VERMILION,
-            "s",
-        ),
+    exact = {"label": "irregular, exact", "color": style.BLUE, "marker": "o"}
+    scheme = {"label": "to last stick, scheme", "color": style.VERMILION, "marker": "s"}
+    for ends_of, look in (
+        (lambda: measure.until_settled(data["survival"], SPREAD), exact),
+        (lambda: measure.until_last_stick(data["lifetimes_wide"]), scheme),
     ):
         place, *numbers = _means(ends_of)
-        look = {"color": colour, "marker": marker, "markersize": 2.2, "elinewidth": 0.8}
-        panels.intervals_or_limits(axes, place, *numbers, label=label, **look)
+        look |= {"markersize": 2.2, "elinewidth": 0.8}
+        panels.intervals_or_limits(axes, place, *numbers, **look)
     if not axes.containers:
         panels.note(axes, "no run of the lifetimes lasts")
         return
@@ -200,6 +199,7 @@ def _lifetimes(axes, data):
     low, high = axes.get_ylim()
     if high < PLAIN * low:
         panels.plain_log(axes.yaxis)
+    panels.printed_range(axes, 0, PRINTED[1], "paper: infinite, then falling")
     panels.legend_above(axes)
 
 
@@ -218,29 +218,20 @@ def _means(ends_of):
 
 # --- Not in the paper as a figure: the critical velocity against the number of blocks ------------
 
-NOISES = (0.0, 1.0)
-_REGION = {"alpha": 0.35, "linewidth": 5}
+NOISES = (0.0, 1.0)  # the paper prints regions for the latter
 
 
 @panels.draws(FIGURES)
 def critical_velocity(data):
-    """u_c and the region of the fall against N, for each noise, beside the printed regions."""
+    """u_c and the region of the fall for each N, a panel for each noise, and printed regions."""
     table = data["critical_velocities"]
-    figure = style.page(2.7)
-    axes = figure.subplots()
-    axes.set(xlabel="$N$", ylabel="$u$ where $r$ falls")
-    for index, noise in enumerate(NOISES):
-        rows = table[(table["noise"] == noise) & table["critical"].notna()]
-        rows = rows[rows["dataset"].isin(["n5_replicates", "size_replicates"])]
-        place, look = rows["n_blocks"] + 0.18 * (index - 1), {"color": style.COLOURS[index]}
-        axes.vlines(place, rows["lower"], rows["upper"], **look, **_REGION)
-        reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
-        look |= {"fmt": style.MARKERS[index], "markersize": 3.5, "elinewidth": 1.0, "capsize": 2}
-        axes.errorbar(place, rows["critical"], reach, label=rf"$\sigma = {noise:g}$", **look)
-    regions = {int(n) + 0.18: ends for n, ends in printed("transition-width").items()}
-    ends = np.transpose(list(regions.values()))
-    axes.vlines(list(regions), *ends, color=style.BLACK, label="paper: region", **_REGION)
-    panels.legend_above(axes)
-    if table["critical"].isna().all():
-        panels.note(axes, "r(u) falls nowhere, or has too few points")
+    regions = {int(n): ends for n, ends in printed("transition-width").items()}
+    figure, grid = panels.page(3.2, "a;b", sharex=True)
+    for axes, noise in zip(grid, NOISES, strict=True):
+        rows = panels.known_falls(table, "noise", noise)
+        panels.falls(axes, rows, "n_blocks", style.colour_of_size, regions if noise else {})
+        axes.set_ylabel(rf"$N$ at $\sigma = {noise:g}$")
+        if rows.empty:
+            panels.note(axes, "no fall, or too few points")
+    grid[0].set_xlim(left=0)
     return figure
