@@ -27,7 +27,7 @@ SETTLING = {
     SCHEME: ("survival_scheme",),
     EXACT: ("survival_many", "survival_long", "survival"),
 }
-SPREAD = 10.0  # of their starts
+SPREADS = (7.0, 10.0)  # of their starts, which lie wide apart
 MINIMUM_EXPONENTS = 3
 # By the look of a diagram motion is periodic if it occupies so few bins, as an eye can tell apart;
 # with fewer crossings it cannot be told.
@@ -58,7 +58,7 @@ def runs(
     require(len(named), f"no runs with N = {n_blocks}, {low:g} <= u <= {high:g}")
     if not evidence.has(besides):
         return named
-    arrays, attributes = evidence.runs(besides, n_blocks=n_blocks, initial_spread=SPREAD)
+    arrays, attributes = evidence.runs(besides, n_blocks=n_blocks, initial_spread=SPREADS)
     exponent = (arrays[f"irregular_{name}"] for name in ("exponent", "error", "time"))
     irregular = np.where(above_zero(*exponent), CHAOTIC, TRANSIENT)
     names = np.where(arrays["settled"].astype(bool), arrays["state"].astype(str), irregular)
@@ -133,7 +133,7 @@ class Settling:
     @classmethod
     def of(cls, evidence: Evidence, *names: str, **place: Ends) -> Settling:
         """Runs of five blocks from the first of the datasets that has some at this place."""
-        place |= {"n_blocks": N_BLOCKS, "initial_spread": SPREAD}
+        place |= {"n_blocks": N_BLOCKS, "initial_spread": SPREADS}
         arrays, attributes = evidence.runs(*names, **place)
         arrays |= {"settled": arrays["settled"].astype(bool), "state": arrays["state"].astype(str)}
         return cls(arrays, float(attributes["duration"]))
