@@ -11,7 +11,7 @@ from beltrepro.replication.camera.scene import lengths_of_blocks
 from beltrepro.replication.studies.experiment.measure import (
     tracking_error,
 )
-from beltrepro.stats.spectra import lines, spacing
+from beltrepro.stats.spectra import comb
 from beltrepro.stats.states import slips_of_all
 
 RATE = recorded.RATE
@@ -157,43 +157,37 @@ def coloured(random, exponent, seconds):
     return time, noise / noise.std()
 
 
-# --- lines of a spectrum --------------------------------------------------------------------------
-
-
-def waves(frequencies, seconds=60.0, noise=1e-3):
-    time = np.arange(round(seconds * RATE)) / RATE
-    random = np.random.default_rng(3).normal(0, noise, time.size)
-    return sum(np.cos(2 * np.pi * f * time + f) for f in frequencies) + random
-
-
-@pytest.mark.parametrize(
-    ("frequencies", "multiples"),
-    [(0.57 * np.arange(1, 7), True), ([0.59, 1.73, 2.45, 3.02, 3.4], False)],
-)
-def test_lines_are_found_at_their_places_and_tested_for_equal_distances(frequencies, multiples):
-    spectral_lines = lines(waves(frequencies), 1 / RATE)
-    assert spectral_lines.peaks_hz == pytest.approx(frequencies, abs=0.02)
-    assert spectral_lines.flatness < 0.01
-    step = spacing(spectral_lines.peaks_hz)
-    assert (step.p < 0.01) if multiples else (step.p > 0.05)
-    assert not multiples or step.step_hz == pytest.approx(0.57, abs=0.003)
+# --- peaks at equal distances ---------------------------------------------------------------------
 
 
 @pytest.mark.thorough
-def test_random_peaks_are_seldom_taken_for_multiples():
+@pytest.mark.parametrize("exponent", [0.0, -1.0, -2.0])
+def test_smooth_noise_has_a_comb_in_5_of_100_stretches(exponent):
     random = np.random.default_rng(5)
-    p = [spacing(np.sort(random.uniform(0, 2.8, 6)) + 0.2 + 0.15 * np.arange(6)).p
-         for _ in range(40)]  # fmt: skip
-    assert np.mean(np.array(p) < 0.05) < 0.15
-    assert 0.25 < np.median(p) < 0.75
+    p = np.array([comb(coloured(random, exponent, 60.0)[1], 1 / RATE).p for _ in range(400)])
+    assert 10 <= np.sum(p < 0.05) <= 36 and 0.4 < np.median(p) < 0.7
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.9])
-def test_noise_has_a_flat_spectrum_without_lines(memory):
-    random = np.random.default_rng(1).normal(size=24 * 200)
-    spectral_lines = lines(lfilter([1], [1, -memory], random), 1 / RATE)
-    assert spectral_lines.flatness > 0.8
-    assert spectral_lines.peaks_hz.size == 0
+@pytest.mark.parametrize(
+    ("frequencies", "spacing"),
+    [
+        (0.465 * np.arange(1, 18), 0.465),
+        (1.04 * np.arange(1, 8), 1.04),
+        (1.9 * np.arange(1, 5), 1.9),
+        ([1.04, 2.08, 4.16, 5.2, 6.24, 7.28], 1.04),  # one is missing
+        ([2.1], None),
+        ([0.93, 4.15], None),
+        ([0.59, 1.73, 2.45, 3.02, 3.4], None),
+    ],
+)
+def test_peaks_at_equal_distances_are_told_from_others(frequencies, spacing):
+    time, noise = coloured(np.random.default_rng(3), -2.0, 60.0)
+    heights = 0.3 / np.array(frequencies)
+    found = comb(noise + heights @ np.cos(2 * np.pi * np.outer(frequencies, time)), 1 / RATE)
+    assert (found.p < 0.01) == bool(spacing)
+    if spacing:
+        assert found.spacing_hz == pytest.approx(spacing, abs=0.015)
+        assert len(frequencies) <= found.teeth <= found.multiples == int(8 / spacing)
 
 
 # --- slips of all blocks --------------------------------------------------------------------------

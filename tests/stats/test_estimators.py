@@ -53,16 +53,6 @@ def test_a_power_law_is_tested_from_the_most_probable_value_to_the_largest():
 # --- spectra and densities ------------------------------------------------------------------------
 
 
-def test_lines_are_found_between_the_frequencies_of_the_spectrum():
-    """These are 0.05 Hz apart; the lines lie on either side of the nearest, and on one."""
-    places, time = np.array([0.512, 1.038, 2.0, 3.515]), np.arange(0, 200, 0.05)
-    values = np.sin(2 * np.pi * np.append(places, 5.0)[:, None] * time).sum(axis=0)
-    values += 0.1 * RNG(6).standard_normal(time.size)
-    for band, inside in ({}, places), ({"band_hz": (0.9, 2.1)}, places[1:3]):  # 5 Hz is beyond
-        found = spectra.lines(values, 0.05, **band).peaks_hz
-        np.testing.assert_allclose(found, inside, atol=0.004)
-
-
 def test_a_density_at_places_by_hand():
     counts = np.array([[1, 1, 0], [3, 0, 0], [1, 1, 4], [0, 0, 0]], np.uint32)
     edges = np.array([-3.0, -1.0, -0.5, 0.0])

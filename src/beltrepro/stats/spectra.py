@@ -1,12 +1,11 @@
-"""Power spectra of sampled series: power laws in them (Figs. 8 and 16), and lines (Fig. 4).
+"""Power spectra of sampled series: power laws (Figs. 8, 16), and peaks at equal distances (Fig. 4).
 
-The paper calls a spectrum with peaks at equal distances nearly periodic, and one without
-quasi-continuous. Both are judged by eye there; here by the height of the peaks above their
-surroundings, by a test of their places, and by the flatness of the spectrum.
+The paper calls motion with such peaks nearly periodic, and a spectrum without them
+quasi-continuous, both by eye.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -31,15 +30,13 @@ _MEAN_CYCLES, _MOST_DRAWN = 10, 20
 # three stretches tell their scatter so badly that the interval says nothing.
 _STRETCHES, _LEAST_STRETCHES, _LEAST_CYCLES = 8, 4, 4
 
-BAND_HZ = (0.2, 3.9)  # up to the end of FIT_BAND in Hz
+HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 SEGMENT_S = 20.0
-LEAST_PEAKS = 4
-# Over the median: noise, whose power by one segment is distributed exponentially, exceeds that at
-# one frequency in 2^10, and at far fewer by several.
-_HEIGHT = 10.0
-_SURROUNDINGS_HZ = 0.8  # 16 frequencies: a line is 3 wide, and two do not raise their median
-_APART = 3  # frequencies between peaks, at least: a line is so wide
-_RANDOM_SETS = 1000
+# Of a comb. Half of the narrowest is three frequencies of the spectrum, which Hann's window keeps
+# apart; of the widest there are four multiples. From one to the next all move by less than that.
+_SPACINGS_HZ = np.geomspace(0.3, HIGHEST_HZ / 4, 700)
+_MULTIPLES = np.floor(HIGHEST_HZ / _SPACINGS_HZ).astype(int)
+_NOISES = 400  # series of noise
 
 
 def power_spectrum(
@@ -248,77 +245,66 @@ def _error_of_noise(law: PowerLawFit, frequency: np.ndarray) -> float:
     return float(np.std(exponents))
 
 
-# --- lines --------------------------------------------------------------------------------------
+# --- peaks at equal distances ---------------------------------------------------------------------
 
 
-class Lines(NamedTuple):
-    """What stands out of a power spectrum."""
+class Comb(NamedTuple):
+    """The spacing of which the multiples stand out most in a spectrum."""
 
-    # geometric over arithmetic mean of the power over its running median, in the band: 1 for a
-    # smooth spectrum, near 0 where lines hold nearly all
-    flatness: float
-    peaks_hz: np.ndarray  # where power exceeds _HEIGHT times that median
+    spacing_hz: float
+    teeth: int  # multiples that stand out as those of noise do in one of twenty
+    multiples: int  # up to HIGHEST_HZ
+    p: float  # share of series of white noise in which those of some spacing stand out as much
 
-
-class Spacing(NamedTuple):
-    """The one frequency whose multiples are nearest to the peaks."""
-
-    step_hz: float
-    p: float  # share of sets of as many random peaks that are as near to those of their best step
+    @property
+    def found(self) -> bool:
+        return self.p < 0.01
 
 
-def lines(
-    values: npt.ArrayLike, interval_s: float, *, band_hz: tuple[float, float] = BAND_HZ
-) -> Lines:
-    """Find the lines in a band of the spectrum of a series."""
-    values = np.asarray(values, dtype=float)
-    segment = round(SEGMENT_S / interval_s)
-    require(
-        values.size >= segment,
-        f"{values.size * interval_s:.0f} s, a spectrum of lines needs {SEGMENT_S:g} s",
-    )
-    frequency, power = power_spectrum(values, interval_s, segment=segment)
-    size = round(_SURROUNDINGS_HZ / (frequency[1] - frequency[0]))
-    level = np.exp(scipy.ndimage.median_filter(np.log(power), size, mode="nearest"))
-    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
-    excess = power / level
-    flatness = np.exp(np.log(excess[inside]).mean()) / excess[inside].mean()
-    peaks, _ = scipy.signal.find_peaks(excess, height=_HEIGHT, distance=_APART)
-    peaks = peaks[inside[peaks]]
-    # between the frequencies, by parabolas through the logarithm of the power
-    before, at, after = (np.log(power[peaks + shift]) for shift in (-1, 0, 1))
-    shift = (before - after) / (2 * (before - 2 * at + after))
-    return Lines(float(flatness), frequency[peaks] + shift * (frequency[1] - frequency[0]))
+def comb(values: npt.ArrayLike, interval_s: float) -> Comb:
+    """Test for peaks at all multiples of one frequency, up to HIGHEST_HZ.
 
-
-def spacing(peaks_hz: npt.ArrayLike) -> Spacing:
-    """Test whether peaks are multiples of one frequency.
-
-    The step is the one with the highest concentration, mean of cos(2 pi peak / step), from about
-    half the smallest distance of the peaks up to the lowest of them. Random peaks are uniform in
-    the band and as far apart as `lines` finds them; each set has its own best step.
+    A multiple stands out by the logarithm of the power there, less that of the power law through
+    the places half a spacing to both sides. Each counts at most as one in a hundred of noise, since
+    a lone peak is no comb.
     """
-    peaks = np.sort(np.asarray(peaks_hz, dtype=float))
-    require(peaks.size >= LEAST_PEAKS, f"{peaks.size} peaks, {LEAST_PEAKS} are needed")
-    step, concentration = _best_step(peaks)
+    values = np.asarray(values, dtype=float)
+    require(
+        values.size >= round(SEGMENT_S / interval_s),
+        f"{values.size * interval_s:.0f} s, a spectrum of peaks needs {SEGMENT_S:g} s",
+    )
+    tooth, most, by_chance = _of_noise(values.size, float(interval_s))
+    heights = _heights(values, interval_s)
+    together = _together(heights, most)
+    best = np.lexsort((heights.sum(axis=1), together))[-1]  # of several, that of the highest peaks
+    teeth = int(np.count_nonzero(heights[best] > tooth))
+    p = float(np.sum(by_chance >= together[best]) + 1) / (_NOISES + 1)
+    return Comb(float(_SPACINGS_HZ[best]), teeth, int(_MULTIPLES[best]), p)
+
+
+def _heights(values: np.ndarray, interval_s: float) -> np.ndarray:
+    """By how much each multiple (S, M) of each spacing stands out; 0 beyond HIGHEST_HZ."""
+    segment = round(SEGMENT_S / interval_s)
+    frequency, power = power_spectrum(values, interval_s, segment=segment)
+    numbers = np.arange(1, 2 * _MULTIPLES.max() + 2) / 2
+    halves = np.outer(_SPACINGS_HZ, numbers)
+    places = np.rint(halves / frequency[0]).astype(int) - 1
+    log = np.log(np.maximum(power, np.finfo(float).tiny)).take(places, mode="clip")
+    before, at, after = numbers[:-2:2], numbers[1::2], numbers[2::2]
+    weight = np.log(after / at) / np.log(after / before)
+    heights = log[:, 1::2] - weight * log[:, :-2:2] - (1 - weight) * log[:, 2::2]
+    return np.where(halves[:, 1::2] <= HIGHEST_HZ, heights, 0.0)
+
+
+def _together(heights: np.ndarray, most: float) -> np.ndarray:
+    """How much the multiples of each spacing stand out together, in one scale for all numbers."""
+    return np.clip(heights, -most, most).sum(axis=1) / np.sqrt(_MULTIPLES)
+
+
+@lru_cache
+def _of_noise(size: int, interval_s: float) -> tuple[float, float, np.ndarray]:
+    """Heights that one in twenty and in a hundred exceed; of each series, the best together."""
     stream = np.random.default_rng(1)
-    apart = _APART / SEGMENT_S
-    room = BAND_HZ[1] - BAND_HZ[0] - (peaks.size - 1) * apart
-    reached = 0
-    for _ in range(_RANDOM_SETS):
-        places = BAND_HZ[0] + np.sort(stream.uniform(0, room, peaks.size))
-        reached += _best_step(places + apart * np.arange(peaks.size))[1] >= concentration
-    return Spacing(step, (1 + reached) / (1 + _RANDOM_SETS))
-
-
-def _best_step(peaks: np.ndarray) -> tuple[float, float]:
-    """The step with the highest concentration, and that concentration."""
-    shortest = np.diff(peaks).min() / 2
-    # The lowest peak is some multiple of the step. Which ones the others are follows, and then the
-    # step by least squares.
-    multiple = np.arange(1, max(1, round(peaks[0] / shortest)) + 1)[:, np.newaxis]
-    numbers = np.rint(multiple * peaks / peaks[0])
-    steps = (numbers @ peaks) / (numbers**2).sum(axis=1)
-    concentration = np.cos(2 * np.pi * peaks / steps[:, np.newaxis]).mean(axis=1)
-    best = concentration.argmax()
-    return float(steps[best]), float(concentration[best])
+    sets = [_heights(stream.standard_normal(size), interval_s) for _ in range(_NOISES)]
+    tooth, most = np.quantile([heights[0] for heights in sets], (0.95, 0.99))
+    return tooth, most, np.array([_together(heights, most).max() for heights in sets])

@@ -447,4 +447,5 @@ def laminar_trace(axes, series, laminar_time, length):
     length = about["duration"] - about["transient"]
     share = np.diff(laminar, axis=1).sum() / length if length else 0.0
     many = "1 laminar phase" if len(laminar) == 1 else f"{len(laminar)} laminar phases"
-    remark(axes, f"$u = {about['belt_velocity']:g}$: {many} (shaded), {share:.0%}")
+    many = f"whole series: {many}, {100 * share:.0f} %"
+    remark(axes, f"$u = {about['belt_velocity']:g}$; {many}")

@@ -24,6 +24,7 @@ from beltrepro.replication.plan.registry import Figure
 from beltrepro.replication.studies.experiment import measure
 from beltrepro.simulation.picture import SUFFIXES
 from beltrepro.stats import estimates, spectra, states
+from beltrepro.stats.spectra import HIGHEST_HZ
 
 FIGURES = {
     "fig01": Figure(uses=(), number="1"),
@@ -39,7 +40,6 @@ FIGURES = {
 
 _COLOURS = {WHOLE: style.SKY, SMALL: style.GREEN, LARGE: style.BLUE}
 _WORDS = {SMALL: "small amplitude", LARGE: "large amplitude"}
-HIGHEST_HZ = 8.0  # beyond it lies only the noise of the picture
 
 
 def save(recording, path):
@@ -75,8 +75,8 @@ def draw_trace(axes, recording, window=(-np.inf, np.inf)):
     for begin, end in recording.small_s:
         axes.axvspan(begin, end, color=style.GREEN, alpha=0.15, linewidth=0)
     longest = np.diff(recording.small_s, axis=1).max(initial=0.0)
-    share = f"small amplitude {100 * recording.small_share:.0f} % of the time"
-    return f"$r$ = {recording.disorder.words}", f"{share}, {longest:.0f} s at most"
+    share = f"small amplitude {100 * recording.small_share:.0f} %, {longest:.0f} s at most"
+    return f"$r$ = {recording.disorder.words}", share
 
 
 def draw_spectrum(axes, spectrum, name, *, linear=False):
@@ -167,7 +167,7 @@ def _draw_film(trace, below, data, film):
     panels.remark(trace, f"{speed(data[film])}, {disorder}")
     panels.make_room(trace, above=0.2)
     look = {"color": style.GREEN, "ha": "right", "va": "top", "transform": trace.transAxes}
-    trace.text(0.99, 0.96, words, **look)
+    trace.text(0.99, 0.96, f"whole film: {words}", **look)
     names = ((), (WHOLE,), (SMALL, LARGE))[len(below)]
     for axes, name in zip(below, names, strict=True):
         spectrum = recording.spectra.get(name)
@@ -177,11 +177,25 @@ def _draw_film(trace, below, data, film):
             axes.set(xticks=[], yticks=[])
             continue
         # equal spacing is seen on a linear axis only, and peaks in the mean over parts
-        draw_spectrum(axes, spectrum, name, linear=len(below) == 2)
-        if len(below) == 2:
-            segment = round(spectra.SEGMENT_S / recording.interval_s)
-            mean = spectra.power_spectrum(spectrum.x_m, recording.interval_s, segment=segment)
-            axes.semilogy(*mean, color=_COLOURS[name], linewidth=1.1)
+        draw_spectrum(axes, spectrum, name, linear=True)
+        segment = round(spectra.SEGMENT_S / recording.interval_s)
+        mean = spectra.power_spectrum(spectrum.x_m, recording.interval_s, segment=segment)
+        axes.semilogy(*mean, color=_COLOURS[name], linewidth=1.1)
+        if name == SMALL and spectrum.x_m.size >= segment:
+            _mark_comb(axes, spectra.comb(spectrum.x_m, recording.interval_s))
+
+
+def _mark_comb(axes, comb):
+    """Ticks at the multiples of the frequency of which peaks are found, and how many these are."""
+    if comb.found:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, 50 * high)
+        places = comb.spacing_hz * np.arange(1, comb.multiples + 1)
+        ticks = {"color": style.BLACK, "markersize": 4, "transform": axes.get_xaxis_transform()}
+        axes.plot(places, np.full(places.size, 0.95), "|", **ticks)
+        axes.tick_params(axis="x", top=False)
+        words = f"{comb.spacing_hz:.2f} Hz: {comb.teeth} of {comb.multiples}"
+        axes.text(0.98, 0.88, words, ha="right", va="top", transform=axes.transAxes)
 
 
 # --- Fig. 1: the chain on the belt ----------------------------------------------------------------
@@ -371,7 +385,7 @@ def fig04(data):
 
 # --- Fig. 5: x_5(t) at 0.22 m/s, with its spectrum ------------------------------------------------
 
-_PRINTED_S = {"paper: avalanches": (0.0, 125.0), "all slip": (125.0, 185.0)}  # "a minute" or more
+_PRINTED_S = {"paper: avalanches": (0.0, 125.0), "paper: all slip": (125.0, 185.0)}  # or more
 
 
 @panels.draws(FIGURES)
@@ -381,7 +395,7 @@ def fig05(data):
     _draw_film(above, (below,), data, "belt_022")
     track = data["belt_022_track"]
     begin, _ = above.get_xlim()
-    window = tuple(begin + np.array(_PRINTED_S["all slip"]))
+    window = tuple(begin + np.array(_PRINTED_S["paper: all slip"]))
     panels.zoom(above, enlarged, track.time_s, 100 * track.x_m, window)
     enlarged.set(xlabel=SECONDS, ylabel=LENGTH)
     slips_s = _slips_of_all(data["belt_022"])["seconds"]
@@ -396,7 +410,7 @@ def fig05(data):
     where = {"transform": above.get_xaxis_transform()}
     for words, ends in _PRINTED_S.items():
         above.plot(begin + np.array(ends), [0.7] * 2, "|-", color=style.BLACK, **where)
-        above.text(begin + np.mean(ends), 0.73, words, ha="center", **where)
+        above.text(begin + ends[0] + 3, 0.73, words, **where)
     return figure
 
 

@@ -10,7 +10,7 @@ from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import estimates, sections, transition
 from beltrepro.stats.estimates import CONFIDENCE, Estimate, difference, share_of
 from beltrepro.stats.places import over_places, part_of, share_over
-from beltrepro.stats.spectra import LEAST_PEAKS, SEGMENT_S, lines, spacing
+from beltrepro.stats.spectra import SEGMENT_S, comb
 from beltrepro.stats.states import intermittent_mask, laminar_phases
 
 
@@ -119,36 +119,24 @@ def spectra(evidence, *names):
         chaotic += _spectra(run, np.column_stack([phases[:-1, 1], phases[1:, 0]]))
     fewest = min(len(laminar), len(chaotic))
     require(fewest >= 2, f"{fewest} phases of {STRETCH_S:g} s or more, 2 are needed")
-    rough, flat = (
-        estimates.mean([stretch.flatness for stretch in group]) for group in (laminar, chaotic)
-    )
-    judged = {
-        "peaks at equal distances, laminar": _share_with_lines(laminar),
-        "flatness, chaotic": flat,
-        "flatness, chaotic minus laminar": difference(flat, rough),
-    }
+    quiet, lively = (share_of(np.array([s.found for s in kind])) for kind in (laminar, chaotic))
+    teeth = np.array([stretch.teeth / stretch.multiples for stretch in laminar])
     also = {
-        "flatness, laminar": rough,
-        "peaks at equal distances, chaotic": _share_with_lines(chaotic),
+        "peaks at equal distances, chaotic": lively,
+        "multiples that stand out, laminar": estimates.bootstrap(np.mean, [teeth]),
     }
-    return Measurement(judged, also)
+    return Measurement({"peaks at equal distances, laminar": quiet}, also)
 
 
 def _spectra(run, phases):
-    """Lines in the middle of each phase that is long enough."""
+    """Combs of peaks in the middle of each phase that is long enough."""
     time, position = run.arrays["time"], run.arrays["positions"][:, -1]
     length = from_si(STRETCH_S, "time")
     middle = phases.mean(axis=1)[np.diff(phases, axis=1)[:, 0] >= length]
     interval = time[1] - time[0]
     samples = round(length / interval)
     begin = np.searchsorted(time, middle - length / 2)
-    return [lines(position[first : first + samples], interval * TIME_S) for first in begin]
-
-
-def _share_with_lines(stretches):
-    """Share of the stretches whose spectral peaks are multiples of one frequency."""
-    regular = [s.peaks_hz.size >= LEAST_PEAKS and spacing(s.peaks_hz).p < 0.01 for s in stretches]
-    return estimates.share(sum(regular), len(regular))
+    return [comb(position[first : first + samples], interval * TIME_S) for first in begin]
 
 
 # --- the region in the plane of u and sigma -------------------------------------------------------
