@@ -119,15 +119,13 @@ def spectra(evidence, *names):
         chaotic += _spectra(run, np.column_stack([phases[:-1, 1], phases[1:, 0]]))
     fewest = min(len(laminar), len(chaotic))
     require(fewest >= 2, f"{fewest} phases of {STRETCH_S:g} s or more, 2 are needed")
-    judged = {
-        f"peaks at equal distances, {kind}": estimates.share(
-            sum(one.found for one in combs), len(combs)
-        )
-        for kind, combs in (("laminar", laminar), ("chaotic", chaotic))
+    quiet, lively = (share_of(np.array([s.found for s in kind])) for kind in (laminar, chaotic))
+    teeth = np.array([stretch.teeth / stretch.multiples for stretch in laminar])
+    also = {
+        "peaks at equal distances, chaotic": lively,
+        "multiples that stand out, laminar": estimates.bootstrap(np.mean, [teeth]),
     }
-    teeth = np.array([one.teeth / one.multiples for one in laminar])
-    stand_out = estimates.bootstrap(np.mean, [teeth])
-    return Measurement(judged, {"multiples that stand out, laminar": stand_out})
+    return Measurement({"peaks at equal distances, laminar": quiet}, also)
 
 
 def _spectra(run, phases):
