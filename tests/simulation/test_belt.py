@@ -108,8 +108,8 @@ def test_slips_and_avalanches_go_on_where_the_belt_changes(belt):
         ([5, 10], "belt = [5, 10]: pairs (t, u) are needed"),
         ([(0, 5), (20, None)], "pairs (t, u) are needed"),
         ([(0, 5), (0, 6)], "t of belt[1] = 0: must be greater than 0"),
-        ([(-1, 5)], "t of belt[0] = -1: must be at least 0 and below 50"),
-        ([(0, 5), (50, 6)], "t of belt[1] = 50: must be greater than 0"),
+        ([(-1, 5)], "t of belt[0] = -1: must be at least 0 and at most 50"),
+        ([(0, 5), (51, 6)], "t of belt[1] = 51: must be greater than 0"),
         ([(0, 0.0)], "u of belt[0] = 0: must be greater than 0"),
     ],
 )
@@ -125,3 +125,6 @@ def test_verlet_changes_at_a_step():
     state = ChainState.at_rest(ChainParameters(2, 5.0), time=10.0)
     run = simulate(state.parameters, duration=50, belt=[(20, 9)], initial_state=state)
     assert run.changes[0].time == 30
+    ramp = np.column_stack([np.linspace(0, 50, 3), [5.0, 6.0, 7.0]])  # the last one has no length
+    run = simulate(ChainParameters(2, 5.0), duration=50, belt=ramp)
+    assert run.belt == [(0.0, 5.0), (25.0, 6.0)]

@@ -191,9 +191,7 @@ def test_what_cannot_be_a_store_is_one_line(place, tmp_path, computed):
     old.of_runs.clear()  # as versions before 2.0 wrote them
     old.save(tmp_path / "old.h5")
     computed.clear()
-    words = (
-        "cannot be written|must end in .h5|not a file of results|no keys, as in files of earlier"
-    )
+    words = "cannot be written|must end in .h5|a run, not results|no keys, as in files of earlier"
     with pytest.raises(InputError, match=rf"^[^\n]*({words})[^\n]*$"):
         scan(GOOD, store=tmp_path / place, duration=10.0)
     assert not computed
@@ -214,7 +212,7 @@ def test_a_store_keeps_errors_and_the_warning_of_loading(tmp_path):
     assert list(Results.load(path)) == list(results)
     with pytest.raises(ModelStateError, match="u=150"):
         scan([BAD, slow, GOOD], store=path, **settings)
-    with pytest.raises(ModelStateError, match="not finite"):
+    with pytest.raises(ModelStateError, match="failed before"):
         scan([BAD, slow, GOOD], duration=10.0, initial_state=results.final_states)
 
 
@@ -244,6 +242,8 @@ def test_a_catalogue_grows_too(tmp_path, computed):
             assert rows.size > 20
     with pytest.raises(InputError, match="section_block is the last there and 1 here"):
         catalogue(GRID, store=path, section_block=1, **SHORT)
+    with pytest.raises(InputError, match=r"store of a catalogue; catalogue\(\.\.\., store='"):
+        Results.load(path)
     bad = catalogue([GOOD, BAD], store=tmp_path / "b.h5", on_error="nan", **SHORT)
     again = catalogue([GOOD, BAD], store=tmp_path / "b.h5", on_error="nan", **SHORT)
     assert again["errors"].tolist() == bad["errors"].tolist() and len(bad["errors"]) == 1

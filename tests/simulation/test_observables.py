@@ -150,6 +150,8 @@ def test_a_section_is_of_the_last_block_where_it_slips():
     corner, share = np.asarray(mesh.get_coordinates()), np.ma.filled(mesh.get_array(), 0.0)
     cells = np.outer(np.diff(corner[:, 0, 1]), np.diff(corner[0, :, 0]))
     assert np.sum(cells * share) == pytest.approx(1)
+    with pytest.raises(InputError, match="color: a density has many"):
+        found.plot(density=True, color="grey")
     with pytest.raises(InputError, match="at none the last block slips"):
         found[:0].plot()
     with pytest.warns(UserWarning, match="repeat another bit by bit"):

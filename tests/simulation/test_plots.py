@@ -186,6 +186,8 @@ def test_a_curve_for_each_value_of_what_differs(results):
         ("plot", {"where": "noise"}, "where = 'noise'"),
         ("plot", {"colour": "red"}, "no argument 'colour'; did you mean 'color'"),
         ("plot", {"whre": {}}, "Results.plot has no argument 'whre'; did you mean 'where'"),
+        ("plot", {"color": "red"}, "color: each of several curves has its own"),
+        ("plot_section", {"color": "red"}, "color: a density has many, which cmap names"),
         ("plot", {"ax": [1, 2]}, r"ax = \[1, 2\]: one Axes"),
         ("plot_section", {}, "noise has several values, a density is of one: where={'noise': 0}"),
         ("plot_section", {"where": {"noise": 0}, "bins": 0}, "bins"),

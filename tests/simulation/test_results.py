@@ -160,7 +160,7 @@ def test_results_by_chain_and_from_a_file(returned, tmp_path):
     for result in (returned["Run"], results):
         with pytest.raises(InputError, match=r"run.npz: must end in .*\.h5$"):
             result.save(tmp_path / "run.npz")
-    with pytest.raises(InputError, match="not a file of results"):
+    with pytest.raises(InputError, match=r"a run, not results; Run\.load reads"):
         Results.load(tmp_path / "run.h5")
     for kind in (Results, Run):
         with pytest.raises(InputError, match=r"r\.csv: pandas.read_csv reads a table"):

@@ -187,7 +187,7 @@ MIX = Grid(2, 20.0, [0.0, 1.0], replicates=4)
         (
             [CHAIN] * 2,
             {"initial_state": STATE},
-            "replicate=range(2) and other states, by ChainState.moved",
+            "replicate=range(2) and other states, by ChainState.moved or ChainState.at_balance(",
             {"initial_state": [STATE, STATE.moved([50.0, 101.0])]},
         ),
     ],

@@ -104,3 +104,29 @@ def test_a_wrong_sweep_is_told_in_one_line_before_the_first_scan(given, said, mo
 def test_a_grid_of_the_quantity_itself_is_refused():
     with pytest.raises(InputError, match="noise: not together with a Grid of several values"):
         sweep(Grid(3, 10.0, [0.0, 1.0]), **SHORT, noise=[1.0, 2.0])
+
+
+@pytest.mark.filterwarnings("ignore:.*warnings on the way")
+def test_a_chain_that_has_failed_stays_so_at_all_values_after():
+    chains, values = [CHAIN, replace(CHAIN, noise=1.0)], [10.0, 1e5, 30.0]
+    with pytest.warns(UserWarning, match="all chains have failed"):
+        swept = sweep(chains, duration=60.0, on_error="nan", belt_velocity=values)
+    assert np.isfinite(swept["disorder_parameter"][:2]).all()
+    assert np.isnan(swept["disorder_parameter"][2:]).all()
+    assert all(line.endswith("the chain has failed before") for line in swept["error"][4:])
+    slower = [replace(chain, belt_velocity=9.0) for chain in chains]
+    state, begun = swept.final_states[4], swept.final_states[0]
+    with pytest.warns(UserWarning, match="1 of 2 chains have failed; .* has failed before"):
+        later = scan(slower, duration=60.0, on_error="nan", initial_state=[state, begun])
+    assert np.isnan(later["mean_length"]).tolist() == [True, False]
+
+
+def test_the_store_of_a_sweep_is_told_from_its_results(tmp_path):
+    path, chain = tmp_path / "store.h5", replace(CHAIN, noise=1.0)
+    how = {"belt_velocity": [8.0, 14.0, 8.0], "duration": 60.0, "transient": 50.0}
+    swept = sweep(chain, store=path, **how)
+    with pytest.warns(UserWarning, match="up to 2 rows of one replicate at one point .* way if"):
+        Results.load(path).plot(where={"initial_spread": 0.0}, y="section_count")
+    swept.save(tmp_path / "saved.h5")
+    with pytest.raises(InputError, match="the store of a sweep is a file that store= wrote, not"):
+        sweep(chain, store=tmp_path / "saved.h5", **how)

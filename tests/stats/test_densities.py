@@ -65,7 +65,7 @@ def test_the_interval_of_an_exponent_is_that_of_few_stretches_or_series(series, 
 
 def test_a_spectrum_of_too_little_says_what_is_needed():
     short = spectrum(RNG(0).standard_normal((2, 2900)), sample_interval=1.0)
-    needed = "lasts 2900: 3 stretches of 1000 are needed for nu >= 0.01"
+    needed = "lasts 2900: from a frequency of 0.01 on 3 stretches of 1000 are needed, 3000 in all"
     with pytest.raises(NotEnoughDataError, match=needed):
         short.exponent(0.01, 0.3)
     with pytest.raises(NotEnoughDataError, match="15 samples, a spectrum needs 16"):
@@ -75,6 +75,17 @@ def test_a_spectrum_of_too_little_says_what_is_needed():
         short.law(0.3, 0.1)
     with pytest.raises(NotEnoughDataError, match="0 points between"):
         spectrum(np.full(7000, 0.9), sample_interval=1.0).law(0.01, 0.3)
+
+
+def test_a_spectrum_of_lines_is_warned_of_and_one_of_a_noise_is_not(recwarn):
+    noise = np.cumsum(RNG(0).standard_normal(20_000))
+    law = spectrum(noise, sample_interval=1.0).law(0.003, 0.3)
+    assert law.exponent.value < -1 and not recwarn
+    waves = np.arange(20_000)[:, None] * 2 * np.pi * 0.02137 * np.arange(1, 20)
+    periodic = np.cos(waves) @ np.geomspace(1, 1e-3, 19)
+    with pytest.warns(UserWarning, match="one of lines, as of periodic motion") as heard:
+        spectrum(periodic, sample_interval=1.0).exponent(0.003, 0.3)
+    assert len(heard) == 1 and heard[0].filename == __file__
 
 
 # --- densities ------------------------------------------------------------------------------------
@@ -169,6 +180,8 @@ def test_what_is_no_power_law_is_refused_and_the_best_start_is_looked_for():
     bent = RNG(6).permutation(bent)
     law = power_law(bent, low="best")
     assert 80 < law.low < 300 and law.exponent.value == pytest.approx(-1.8, abs=0.2)
+    few = power_law(bent[:300], low="best")
+    assert np.count_nonzero(bent[:300] >= few.low) >= 50
     share = np.mean(bent >= law.low)
     x = np.geomspace(law.low, law.high, 10_001)
     assert np.trapezoid(law(x), x) == pytest.approx(share, rel=1e-6)

@@ -56,6 +56,12 @@ def test_rounded_values_are_refused(step):
         assert laws.goodness_of_fit(fine, [fine.min()], 200, samples=20).p > 0.1
 
 
+def test_a_few_values_up_to_rounding_are_told_as_such():
+    values = np.repeat([1.0, 1.5, 2.7], 40) + np.tile([0.0, 2.0**-50], 60)
+    with pytest.raises(NotEnoughDataError, match="only 3 distinct values"):
+        laws.goodness_of_fit(values, [1.0], 120)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_nearest_law_is_that_of_a_plain_search(seed):
     """Over ends that are values themselves; the longest distance on either side counts."""

@@ -1,5 +1,7 @@
-"""Errors a user may see: each is one clear line."""
+"""Errors and warnings a user may see: each is one clear line."""
 
+import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -33,3 +35,11 @@ def needing(purpose: str, extra: str = "results") -> Iterator[None]:
     except ModuleNotFoundError as error:
         module = (error.name or "").partition(".")[0]
         raise InputError(f"{purpose} needs {module}: pip install 'beltrepro[{extra}]'") from None
+
+
+def warn(text: str) -> None:
+    """Warn at the line outside this package from which it was called."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "beltrepro":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, stacklevel=level)

@@ -188,8 +188,9 @@ def grid(text: str, of_blocks: bool = False) -> Sequence[float]:
         words = "a number, a list 1,2,5 or a range START:STOP:STEP is needed"
         raise argparse.ArgumentTypeError(f"{shown(text)}: {words}") from None
     if len(set(numbers)) < len(numbers):
-        words = _DIFFER if of_blocks else "--replicates 2 makes two runs of each"
-        raise argparse.ArgumentTypeError(f"{shown(text)}: the same value occurs twice; {words}")
+        words = "the same value occurs twice"
+        words = f"{_DIFFER}; {words}" if of_blocks else f"{words}; --replicates 2 makes two runs"
+        raise argparse.ArgumentTypeError(f"{shown(text)}: {words}")
     return tuple(numbers) if of_blocks and ":" not in text else numbers
 
 

@@ -201,6 +201,10 @@ class Integrator:
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to `until`, in steps to the nearest one, chunk by chunk."""
+        for state in self._begun:
+            if not np.isfinite(state.displacements).all():
+                chain = state.parameters.describe()
+                raise ModelStateError(f"{chain}: the chain has failed before")
         until = self._instant(until)
         while self.time < until:
             start, first_row = self.time, self._rows(self.time) + 1

@@ -307,6 +307,8 @@ class ChainState:
                 f"initial_state of {old.n_blocks} blocks: "
                 f"a chain of n_blocks = {parameters.n_blocks} needs a state of as many"
             )
+        if not np.isfinite(self.displacements).all():  # a chain that has failed stays so
+            return dataclasses.replace(self, parameters=parameters, scheme=None)
         slips = self.directions != 0
         relative = np.where(slips, self.velocities - parameters.belt_velocity, 0.0)
         thresholds = self.thresholds

@@ -30,7 +30,7 @@ SI = {
     "mass": (MASS_KG, "kg"), "length": (LENGTH_M, "m"), "1/length": (1 / LENGTH_M, "1/m"),
     "time": (TIME_S, "s"), "1/time": (1 / TIME_S, "1/s"), "velocity": (VELOCITY_M_S, "m/s"),
     "force": (FORCE_N, "N"), "energy": (ENERGY_J, "J"), "stiffness": (SPRING_CONSTANT_N_M, "N/m"),
-    "viscosity": (FORCE_N / VELOCITY_M_S, "N s/m"),
+    "viscosity": (FORCE_N / VELOCITY_M_S, "N s/m"), "1": (1.0, ""),
 }  # fmt: skip
 """Size and symbol of each unit."""
 TEXTS = {name: f"model {name} ({size:.3g} {symbol})" for name, (size, symbol) in SI.items()}
@@ -39,6 +39,8 @@ TEXTS |= {f"1/{name}": f"1 / {TEXTS[name]}" for name in ("length", "time")}
 """Each unit as files carry it."""
 
 _UNITS = {
+    "1": "n_blocks friction_ratio disorder_parameter final_disorder section_count slip_count "
+    "section_histogram laminar_fraction laminar_count energy_residual sum_rule_residual",
     "length": "rest_length linear_limit initial_spread mean_length minimum_length maximum_length "
     "section_position final_mean_length final_amplitude",
     "1/length": "compression_rate extension_rate",
@@ -64,7 +66,8 @@ def to_si(value: Number, quantity: str) -> Number:
         In model units.
     quantity : str
         mass, length, time, velocity, force, energy, 1/length, 1/time, stiffness or viscosity; or
-        the name of a constant of a chain or of an array of results, as "mean_length".
+        the name of a constant of a chain or of an array of results, as "mean_length"; those without
+        a unit stay as they are.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def to_si(value: Number, quantity: str) -> Number:
     Raises
     ------
     InputError
-        There is no such unit, or the value is no number and no array of them.
+        There is no such quantity, or the value is no number and no array of them.
     """
     number, size = _read(value, quantity)
     return number * size
@@ -108,7 +111,7 @@ def from_si(value: Number, quantity: str) -> Number:
 def _read(value: Any, quantity: Any) -> tuple[Any, float]:
     """A number or array, and the size of a unit."""
     unit = UNIT_OF.get(quantity, quantity) if isinstance(quantity, str) else quantity
-    size = SI[names.one_of("quantity", unit, SI)][0]
+    size = SI[names.one_of("quantity", unit, [*SI, *UNIT_OF])][0]
     if checks.is_real(value) or (value := checks.as_numbers(given := value)).ndim:
         return value, size
     raise InputError(f"value = {checks.shown(given)}: a number or an array of them is needed")

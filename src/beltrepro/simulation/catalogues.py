@@ -152,7 +152,8 @@ def catalogue(
         What a run does that leaves the range of the model: "raise" ends all; "nan" leaves its chain
         without rows, as in `scan`, and adds the array errors: point, error (its line).
     store : str or Path, optional
-        As in `scan`; the file holds the rows of all its chains.
+        As in `scan`; the file holds the rows of all its chains, and this function reads it, called
+        again with it: `Results.load` does not.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import atomic, checks, names
-from beltrepro.base.errors import ModelStateError
+from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.groups import (
     ON_ERROR,
@@ -142,8 +142,11 @@ class _Store:
 
     def _read(self) -> list[Results]:
         """What the file holds, if there is one."""
-        held = [Results.load(self._path)] if self._path.exists() else []
+        held = [Results._of_file(self._path)] if self._path.exists() else []
         for results in held:
+            if results.settings.get("kind") == "sweep":
+                needed = "the store of a sweep is a file that store= wrote, not save"
+                raise InputError(f"store = {self._path}: {needed}")
             refuse_others(f"store = {self._path}", results, self._asked, self._going_on)
             results.setdefault("error", np.full(len(results["replicate"]), ""))
         return held

@@ -1,5 +1,6 @@
 """What results show in one panel: drawn into given axes, which their methods return."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import Any
@@ -14,6 +15,7 @@ from beltrepro.simulation import artists
 from beltrepro.simulation.artists import BLACK, BLUE, COLOURS, GREY, TIME, label, label_of
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.picture import draw_slips
+from beltrepro.simulation.setup import warn
 from beltrepro.stats import sections
 from beltrepro.stats.densities import density
 
@@ -25,6 +27,7 @@ _SIZES = {
     "avalanches": _ENERGIES | {"slips": "1", "blocks": "1"},
     "slips": {"dissipated": "energy", "displacement": "length"},
 }
+_COMPARED = (*QUANTITIES, "way", "method", "time_step", "tolerance")
 _MOST_LABELS = 8
 _BINS = 120, 400  # of v_N, by how many crossings there are
 _MARKERS = {"periodic": "o", "irregular": "x", "equilibrium slip": "s"}
@@ -45,6 +48,9 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     columns = [_column(table, "by", name)[chosen].tolist() for name in by]
     keys = list(zip(*columns, strict=True)) if by else [()] * len(abscissa)
     curves = sorted(set(keys))
+    if len(curves) > 1 and "color" in look:
+        raise InputError("color: each of several curves has its own; where={...} leaves one")
+    _warn_of_starts(table, chosen)
     colours = artists.shades(len(curves)) if len(curves) > 1 else [BLUE]
     labelled = -(-len(curves) // _MOST_LABELS)
     for number, (curve, colour) in enumerate(zip(curves, colours, strict=True)):
@@ -64,6 +70,7 @@ def section(
     """The density of v_N at the section, a column for each value of x."""
     if "section_velocity" not in table:
         raise InputError("these results have no section_velocity: `scan` measures it")
+    _refuse_colour(look)
     chosen = _chosen(table, where)
     x, differing = _differing(table, chosen, x)
     abscissa, velocity = _column(table, "x", x, "biuf")[chosen], table["section_velocity"][chosen]
@@ -142,8 +149,7 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
     The way of a sweep is such: a motion met on the way up is no replicate of one on the way down.
     """
     columns = _columns(table)
-    compared = [*QUANTITIES, "way", "method", "time_step", "tolerance"]
-    compared += ["initial_spread"] * ("way" not in columns)  # a sweep has one at its first value
+    compared = [*_COMPARED, *["initial_spread"] * ("way" not in columns)]  # of its first value
     many = {name: np.unique(columns[name][chosen]).size for name in compared if name in columns}
     differing = sorted((name for name in many if many[name] > 1), key=lambda name: -many[name])
     if x is None:
@@ -152,12 +158,31 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
     return x, [name for name in differing if name != x]
 
 
+def _warn_of_starts(table: Any, chosen: np.ndarray) -> None:
+    """Warn if a replicate has several rows at a point, as in the store of a sweep."""
+    columns = _columns(table)
+    told = [name for name in (*_COMPARED, "initial_spread", "seed", "replicate") if name in columns]
+    rows = zip(*(columns[name][chosen].tolist() for name in told), strict=True)
+    if (most := max(Counter(map(str, rows)).values())) > 1:  # as texts, in which NaN is NaN
+        warn(
+            f"up to {most} rows of one replicate at one point are averaged, which began from "
+            "different states; those of a store of sweeps have step and way if `sweep` is called "
+            "again with it"
+        )
+
+
+def _refuse_colour(look: Look) -> None:
+    if "color" in look:
+        raise InputError("color: a density has many, which cmap names")
+
+
 def plane(ax: Axes, points: Any, as_density: bool, bar: bool, look: Look) -> Axes:
     """Points of a section in the plane of the last block, or their density."""
     if not len(points):
         raise InputError("these are no points: at none the last block slips")
     at = points["position"], points["relative_velocity"]
     if as_density:
+        _refuse_colour(look)
         mesh = artists.plane(ax, *at, **look)
         if bar:
             artists.colour_bar([mesh], ax, label("density", "1/(length × velocity)"))

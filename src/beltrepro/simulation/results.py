@@ -184,7 +184,7 @@ class Results(Arrays):
         ----------
         path : str or Path
             The file, .csv or .h5; it appears under its name when it is complete. An .h5 has named
-            axes and units, with `xarray.open_dataset` too.
+            axes and units, with `xarray.open_dataset` too, which needs h5netcdf.
 
         Raises
         ------
@@ -223,7 +223,17 @@ class Results(Arrays):
         InputError
             The file is missing, damaged, or holds something else.
         """
+        results = cls._of_file(path)
+        if results.settings.get("kind") == "catalogue":
+            again = f"catalogue(..., store={str(path)!r}), called as before, reads it"
+            raise InputError(f"{path}: the store of a catalogue; {again}")
+        return results
+
+    @classmethod
+    def _of_file(cls, path: str | Path) -> Results:
         data = store.read(checks.path("path", path))
+        if data.attributes.get("kind") == "run":
+            raise InputError(f"{path}: a run, not results; Run.load reads it")
         if missing := [name for name in (*QUANTITIES, "replicate") if name not in data.arrays]:
             raise InputError(f"{path}: not a file of results: it lacks {missing[0]}")
         data.attributes.pop("coordinates", None)

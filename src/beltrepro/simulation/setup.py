@@ -5,8 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import sys
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property, partial
@@ -18,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.checks import is_sequence, listed, shown
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, warn
 from beltrepro.engine.event_integrator import EventIntegrator
 from beltrepro.engine.noise import stream_key
 from beltrepro.engine.state import ChainState, states_at_rest
@@ -451,16 +449,9 @@ def _warn_of_repeats(setup: Setup) -> None:
     alike = [case for (_, case), same in zip(repeats, twice, strict=True) if not (is_grid and same)]
     if any(case.parameters.noise == case.initial_spread == 0 for case in alike):
         begun = setup.initial_state is None
-        needed.append("an initial_spread" if begun else "other states, by ChainState.moved")
+        others = "other states, by ChainState.moved or ChainState.at_balance(replicate=...)"
+        needed.append("an initial_spread" if begun else others)
     warn(
         f"{len(repeats)} of {len(cases)} chains repeat another bit by bit; runs that differ need "
         f"{' and '.join(needed)}"
     )
-
-
-def warn(text: str) -> None:
-    """Warn at the line outside this package from which it was called."""
-    frame, level = sys._getframe(), 1
-    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "beltrepro":
-        frame, level = frame.f_back, level + 1
-    warnings.warn(text, stacklevel=level)

@@ -64,7 +64,8 @@ def sweep(
         As in `scan`; a chain that has failed stays so at all values that come after.
     store : str or Path, optional
         As in `scan`; its file is one of `scan`, which sweeps of other replicates, or to further
-        values, add to.
+        values, add to. `Results.load` gives its rows without step and way: this function gives
+        them if it is called again with the same store.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
     belt_velocity, noise, static_friction, friction_ratio, rest_length, linear_limit, \

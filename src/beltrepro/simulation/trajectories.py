@@ -208,12 +208,12 @@ def _check_belt(belt: Any, duration: float, cases: Sequence[Case]) -> Belt:
         raise InputError(f"belt = {checks.shown(belt)}: {needed}")
     last = -math.inf
     for number, (time, velocity) in enumerate(pairs.tolist()):
-        checks.within(f"t of belt[{number}]", time, gt=last, ge=0, lt=duration)
+        checks.within(f"t of belt[{number}]", time, gt=last, ge=0, le=duration)
         checks.within(f"u of belt[{number}]", velocity, **LIMITS["belt_velocity"])
         for case in cases:
             check_steps(f"belt[{number}]", case.state.time + time, case.method, case.time_step)
         last = time
-    return [(time, velocity) for time, velocity in pairs.tolist()]
+    return [(time, velocity) for time, velocity in pairs.tolist() if time < duration]
 
 
 def check_samples(

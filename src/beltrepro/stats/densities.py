@@ -17,6 +17,7 @@ from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import (
     LEAST_DRAWN,
+    LEAST_VALUES,
     PowerLaw,
     PowerLawFit,
     fit_exponent,
@@ -244,7 +245,7 @@ def power_law(values: ChainValues | npt.ArrayLike, *, low: float | str | None = 
         As of `density`.
     low : float or "best", optional
         Lower end; if not given, the most probable value. "best": of twelve from there on, up to
-        the 90 % quantile, the one from which the law comes nearest.
+        the 90 % quantile or the fiftieth largest value, the one from which the law comes nearest.
 
     Returns
     -------
@@ -266,7 +267,8 @@ def power_law(values: ChainValues | npt.ArrayLike, *, low: float | str | None = 
     positive, above = np.count_nonzero(sample.values > 0), sample.values >= least
     sample = ChainValues(sample.values[above], sample.chain[above])
     require(len(sample), f"no value of {least:.3g} or more")
-    shares = np.linspace(0, 0.9, STARTS_TRIED) if low == "best" else [0.0]
+    most = np.clip(1 - LEAST_VALUES / len(sample), 0.0, 0.9)  # so many have to lie above
+    shares = np.linspace(0, most, STARTS_TRIED) if low == "best" else [0.0]
     starts = np.quantile(sample.values, shares) if given else np.array([least])
     worth = independent_values(np.log(sample.values), sample.chain)
     fit = goodness_of_fit(sample.values, starts, worth)

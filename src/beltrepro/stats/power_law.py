@@ -120,7 +120,10 @@ def goodness_of_fit(
     )
     high = float(values[-1])
     step = _step(values)
-    require(not step, f"values in steps of {step:.3g}: the test is one of values of any size")
+    rounded = f"values in steps of {step:.3g}"
+    if step < 1e-9 * high:  # as of periodic motion, which repeats itself up to rounding
+        rounded = f"only {1 + np.count_nonzero(np.diff(values) > 1e-9 * high)} distinct values"
+    require(not step, f"{rounded}: the test is one of values of any size")
     exponent, low, distance = _nearest(values, lows, high)
     size = round(min(independent, values.size))
     require(size >= LEAST_VALUES, f"as good as {size} values, {LEAST_VALUES} are needed")
