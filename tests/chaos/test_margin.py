@@ -121,6 +121,12 @@ def test_the_margin_is_a_length_whatever_the_units_of_mass_and_force(k, m):
     assert margin.margin(orbit, slips=4) == pytest.approx(0.0252, rel=1e-3)
 
 
+def test_a_large_displacement_of_a_stiff_chain_is_no_loss():
+    chain = ChainParameters(1, 3.0, stiffness=9.0, linear_limit=np.inf)
+    orbit = periodic_orbit(chain, duration=200, transient=100)
+    assert margin.margin(orbit, slips=4) == np.inf
+
+
 def test_where_the_first_size_loses_an_orbit_smaller_ones_are_tried(monkeypatch):
     """Of a chain that bears 0.003 alone: from 0.5 down by tenths to 0.0005, then up again."""
     tried = []

@@ -233,6 +233,20 @@ def test_one_slip_of_all_blocks_is_no_equilibrium():
         assert settled["settled"].tolist() == [state == EQUILIBRIUM]
 
 
+def test_slip_under_friction_that_falls_with_velocity_is_no_equilibrium():
+    """Its swing grows by e in 131; a block sticks at 1341."""
+    chain = ChainParameters(3, 30.0, weakening_velocity=2000.0, linear_limit=np.inf)
+    less = 0.45 * 71.4 * (1 - 1 / (1 + 30.0 / 2000.0))  # friction than of slow slip
+    start = sliding(chain, np.array([-3.0 * less, -5.0 * less, -6.0 * less + 1e-3]))
+    motion = classify(chain, duration=600.0, transient=100.0, initial_state=start)
+    assert motion.state == TRANSIENT
+    assert motion.nontrivial_exponent == pytest.approx(1 / 131, rel=0.05)
+    with warnings.catch_warnings(action="error"):
+        short, long = (time_to_orbit(chain, duration=t, initial_state=start) for t in (1e3, 3e3))
+    assert (short["settled"][0], short["lifetime"][0]) == (False, 1000.0)
+    assert long["state"][0] == PERIODIC and long["lifetime"][0] > 1341
+
+
 @pytest.mark.parametrize("duration", [220.0, 650.0])
 def test_steady_slip_has_no_period(duration):
     """Viscosity brings the block to rest, where it crosses its mean length by rounding alone."""

@@ -17,7 +17,7 @@ from mpmath import mp
 from advancing import sliding
 from beltrepro import ChainParameters, ChainState, classify, periodic_orbit, simulate
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.periodic_orbits import close_orbit
+from beltrepro.chaos.periodic_orbits import _undivided, close_orbit
 from exact import ONE, Deviations, ExactChain, fixed, real
 
 RECORDS = json.loads((Path(__file__).parents[1] / "data" / "periodic_orbits.json").read_text())
@@ -177,6 +177,17 @@ def test_an_orbit_of_one_block_closes_where_its_spring_is_slack():
 def test_an_orbit_is_found_in_whatever_is_left_of_the_loading(transient):
     orbit = periodic_orbit(ChainParameters(3, 12.0), duration=4000, transient=transient)
     assert orbit.period_time == pytest.approx(29.09813323, abs=1e-6)
+
+
+def test_an_orbit_that_comes_back_after_two_periods_first_is_one_of_one_period():
+    """As close to a period doubling, where what is left of a deviation changes sides for long."""
+    orbit = periodic_orbit(ChainParameters(2, 5.0), **LENGTHS)
+    twice = close_orbit(orbit.state, 2 * orbit.period_time)
+    assert twice.period_events == 2 * orbit.period_events
+    single = _undivided(twice, None)
+    assert single.period_events == orbit.period_events
+    assert single.period_time == pytest.approx(orbit.period_time, rel=1e-12)
+    assert _undivided(single, None) is single
 
 
 def test_an_orbit_closes_to_the_tolerance_that_is_asked_for():

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from advancing import sliding
-from beltrepro import ChainParameters, ChainState, simulate, time_to_orbit
+from beltrepro import ChainParameters, ChainState, simulate, slipping_state, time_to_orbit
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL
@@ -112,6 +112,15 @@ def test_a_disturbed_orbit_is_recognised(five, how):
 def test_orbits_under_weak_noise_are_recognised():
     noisy = several(ChainParameters(5, 7.0, noise=1e-3), 4, duration=30_000)
     assert (noisy["state"] == "periodic").all()
+
+
+def test_an_orbit_begins_with_its_first_slip_where_noise_ends_continuous_slip():
+    chain = ChainParameters(2, 15.0, noise=0.2)
+    state = slipping_state(chain, 1.1 * 15.0**2 / 2, replicate=2)
+    orbit = time_to_orbit(chain, duration=2000, initial_state=state)
+    events = simulate(chain, duration=2000, initial_state=state, sample_interval=None).events
+    assert orbit["state"][0] == "periodic"
+    assert orbit["lifetime"][0] == events["time"][events["kind"] == "slip"][0] > 900
 
 
 @pytest.mark.thorough

@@ -36,6 +36,9 @@ def test_units_are_those_of_the_paper():
     assert units.to_si(0.1, "disorder_parameter") == units.from_si(0.1, "friction_ratio") == 0.1
     with pytest.raises(InputError, match="did you mean 'disorder_parameter'"):
         units.to_si(1.0, "disorder_paramter")
+    assert units.to_si(np.inf, "linear_limit") == np.inf
+    with pytest.raises(InputError, match="value = inf: a finite number is needed"):
+        units.to_si(10**400, "length")
     rate = units.to_si([2, np.nan], "extension_rate")
     np.testing.assert_allclose(rate, [2 / length, np.nan])
     assert units.to_si(2.0, "stiffness") == pytest.approx(2 * mass / time**2)

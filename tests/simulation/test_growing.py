@@ -274,6 +274,14 @@ def test_a_sweep_grows_and_goes_on_past_chains_that_fail(tmp_path, computed):
         sweep(GOOD, belt_velocity=[150, 10], on_error="nan", **SHORT)
 
 
+@functions
+def test_arrays_of_a_store_are_as_wide_as_those_of_the_chains_asked_for(called, settings, tmp_path):
+    path, short = tmp_path / "w.h5", [ChainParameters(2, 5.0), ChainParameters(11, 10.0)]
+    called([ChainParameters(12, 10.0), *short], store=path, **settings)
+    for chains in (short, short[:1]):
+        same(called(chains, store=path, **settings), called(chains, **settings))
+
+
 # --- tables that are joined, runs that go on ---
 
 

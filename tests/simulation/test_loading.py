@@ -62,6 +62,22 @@ def test_a_viscous_chain_that_creeps_on_for_all_of_a_run_is_not_promised_an_earl
     assert "transient=1900 and a duration well beyond it" in line
 
 
+@pytest.mark.parametrize(
+    ("chain", "duration"),
+    [
+        (ChainParameters(2, 0.1, viscosity=2.0), 3600.0),
+        (ChainParameters(3, 2.0, viscosity=1.0), 300.0),
+    ],
+)
+def test_a_viscous_chain_is_told_to_wait_until_it_has_slid_back(chain, duration):
+    """It stretches to static friction first: 1.4 times as long as to the balance."""
+    (line,) = lines(scan, chain, duration=duration)
+    transient = float(re.search(r"transient=(\S+)", line)[1])
+    lengths = {"duration": 2 * transient, "transient": transient}
+    assert not lines(scan, chain, **lengths)
+    assert scan(chain, **lengths)["disorder_parameter"] < 1e-6
+
+
 def test_very_slow_chains_get_advice_that_helps_or_hear_that_none_does():
     chain = ChainParameters(1, 1e-3)
     for transient, advice in ((0.0, r"transient=40000 and"), (4e4, r"a longer duration has more")):

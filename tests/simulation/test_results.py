@@ -112,8 +112,13 @@ def saved(tmp_path_factory):
     return results, path
 
 
-def test_a_file_of_results_names_axes_and_units(saved):
+def test_a_file_of_results_names_axes_and_units(saved, tmp_path):
     results, path = saved
+    mixed = {"return_state": np.zeros((2, 6))}
+    Results(results | mixed, results.settings).save(tmp_path / "m.h5")
+    with h5py.File(tmp_path / "m.h5") as file:
+        text = "model length (1.4 mm), then model velocity (0.0183 m/s)"
+        assert file["return_state"].attrs["units"] == text
     with h5py.File(path) as file:
         axes = [[axis[0].name for axis in file[name].dims] for name in ("mass", "slip_count")]
         units = [file[name].attrs["units"] for name in ("belt_velocity", "slip_count", "mass")]
@@ -187,6 +192,7 @@ SLIDING = ChainParameters(1, 5.0, static_friction=10.0)  # slips for ever once i
          "N=1, .*, static_friction=10: no slip begins and ends: all blocks slip from t = 0 on$"),
         ([ChainParameters(5, 10.0), ChainParameters(5, 1e-3)], {},
          r"^1 of 2 chains: N=5, u=0\.001, .*: no slip .*: all blocks stick from t = 0 on; x_5"),
+        (ChainParameters(3, 30.0), {}, "sigma=0: no avalanche from one rest of all blocks to the"),
     ],
 )  # fmt: skip
 def test_a_catalogue_without_rows_says_what_the_chain_did_instead(chains, options, says):

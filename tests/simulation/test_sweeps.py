@@ -101,6 +101,14 @@ def test_a_wrong_sweep_is_told_in_one_line_before_the_first_scan(given, said, mo
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
+def test_values_that_stay_infinite_have_a_way_and_one_block_needs_no_word():
+    chain = ChainParameters(1, 8.0)
+    limits = [100.0, np.inf, np.inf]
+    swept = sweep(chain, weakening_velocity=limits, duration=60.0, transient=20.0)
+    assert swept["way"].tolist() == ["up"] * 3
+    assert sweep(chain, mass=(2.0,), duration=60.0, transient=20.0)["mass"].tolist() == [2.0]
+
+
 def test_a_grid_of_the_quantity_itself_is_refused():
     with pytest.raises(InputError, match="noise: not together with a Grid of several values"):
         sweep(Grid(3, 10.0, [0.0, 1.0]), **SHORT, noise=[1.0, 2.0])

@@ -193,6 +193,17 @@ def test_what_is_no_power_law_is_refused_and_the_best_start_is_looked_for():
             power_law(bent, low=low)
 
 
+def test_values_without_a_range_a_label_or_a_unit_of_their_size_are_told():
+    with pytest.raises(NotEnoughDataError, match="values from 2 to 2 span no range"):
+        power_law([2.0] * 100)
+    with pytest.raises(InputError, match=r"chain = \[None, None\]: numbers or texts are needed"):
+        density(ChainValues([1.0, 2.0], [None] * 2))
+    assert len(ChainValues([1.0, 2.0], np.array(["a", "b"], dtype=object))) == 2
+    for size in (1e-300, 1e200):
+        with pytest.raises(InputError, match="as the prefactor: take another unit"):
+            power_law(law_of(-2.5, 1, 100, 400, 1) * size, low=size)
+
+
 def test_runs_that_differ_as_a_whole_widen_the_interval():
     exponents = RNG(7).uniform(-2.2, -0.7, 16)
     values = np.concatenate([law_of(e, 60, 400, 200, k) for k, e in enumerate(exponents)])

@@ -172,9 +172,10 @@ def _as_array(value: Any) -> np.ndarray | None:
 
 
 def _has_more(value: Any) -> bool:
-    """Whether a value, or one in its lists, has a unit or a mask, which an array would lose."""
+    """Whether a value, or one in its lists, is a truth, has a unit or mask: an array loses that."""
     kind = type(value)  # as a table may have a column of such a name
     has_unit = hasattr(kind, "unit") or hasattr(kind, "units")
     is_masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
     is_list = isinstance(value, list | tuple)
-    return has_unit or is_masked or (is_list and any(map(_has_more, value)))
+    is_lost = has_unit or is_masked or isinstance(value, bool | np.bool_)
+    return is_lost or (is_list and any(map(_has_more, value)))

@@ -19,6 +19,7 @@ from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import slow_unit
+from beltrepro.model.friction import swing_growth
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -67,6 +68,7 @@ def time_to_orbit(
     """How long the motion of each of P chains is irregular before it settles, and on what orbit.
 
     Each chain is advanced until all blocks slip and none sticks any more, or its state comes back.
+    Where friction falls with velocity, such a slip grows until blocks stick, and is no end.
     On the way to a periodic orbit irregular motion is over when the order in which the blocks slip
     repeats from then on: what follows is a smooth approach.
 
@@ -161,7 +163,8 @@ class _Run:
         """Whether its blocks slip too rarely for returns in its last windows."""
         late = self.start + _EARLY * duration
         slips = sum(int(np.sum(times > late)) for times, _ in self.slips)
-        return not self.settled and slips < _FEWEST * self.case.parameters.n_blocks
+        swings = self.case.state.directions.all() and swing_growth(self.case.parameters) > 0
+        return not self.settled and not swings and slips < _FEWEST * self.case.parameters.n_blocks
 
     def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
         """Look for the end of the irregular motion in a window that has just been passed.
@@ -182,21 +185,26 @@ class _Run:
         closing = next(filter(None, recurrences), None)
         period = period_of(closing, slips)
         events = int(period["period_events"])
-        since = self._repeats_since(events) if events else np.inf
+        since = self._repeats_since(events, period["period_time"]) if events else np.inf
         if closing and distances:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         last_event = max(self.last_event, self.start)
-        if slides(self.case.state, last_event, middle) or (closing and not events):
+        sliding = slides(self.case.state, last_event, middle) or (closing and not events)
+        if sliding and swing_growth(self.case.parameters) <= 0:
             self.motion |= {"state": EQUILIBRIUM, "lifetime": last_event - self.start}
         elif closing and since <= middle:
             self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
 
-    def _repeats_since(self, period: int) -> float:
+    def _repeats_since(self, period: int, period_time: float) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""
         times, blocks = map(np.concatenate, zip(*self.slips, strict=True))
         broken = np.flatnonzero(blocks[period:] != blocks[:-period])
-        return float(times[broken[-1] + 1]) if broken.size else self.start
+        if broken.size:
+            return float(times[broken[-1] + 1])
+        # noise may have brought a chain to its orbit on which all blocks slipped before
+        late = self.case.parameters.noise > 0 and times[0] > self.start + period_time
+        return float(times[0]) if late else self.start
 
     def row(self, duration: float, width: int) -> dict:
         """What `time_to_orbit` returns of it; width : numbers of the state of the longest chain."""

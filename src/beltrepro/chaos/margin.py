@@ -17,11 +17,12 @@ from beltrepro.chaos.irregular import WIDEST, as_lengths
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, advanced, exact_case, follow
 from beltrepro.engine.integrator import GROUP_SIZE
 from beltrepro.engine.state import ChainState
+from beltrepro.model import ChainParameters
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.simulation.setup import Case
 
 SMALLEST = 1e-8  # displacement, model length: an orbit is known not much better
-LARGEST = 2.0  # an orbit that bears it has no margin
+LARGEST = 2.0  # of the paper's blocks: an orbit that bears it has no margin
 _LATE = 3.0  # periods without a return after which a run has left
 _AFTER = 1e-6  # model time after the start of a slip at which its block is displaced
 
@@ -56,7 +57,8 @@ def margin(
     Returns
     -------
     float
-        The smallest displacement that loses the orbit, model length; inf if 2 does not.
+        The smallest displacement that loses the orbit, model length; inf if 0.028 F_st / k, 2 in
+        the paper's chain, does not.
 
     Raises
     ------
@@ -69,11 +71,17 @@ def margin(
     for name, value in (("periods", periods), ("slips", slips)):
         checks.within(name, checks.whole_number(name, value), ge=1)
     track, starts = Track.of(orbit), _slips(orbit, int(slips))
+    largest = LARGEST * _stretch(orbit.parameters) / ChainParameters.static_friction
     while begin > SMALLEST and _lost(track, starts, begin, periods):
         begin = max(begin / 10, SMALLEST)
-    while begin < LARGEST and not _lost(track, starts, begin, periods):
+    while begin < largest and not _lost(track, starts, begin, periods):
         begin *= 2 ** (1 / 3)
-    return begin if begin < LARGEST else np.inf
+    return begin if begin < largest else np.inf
+
+
+def _stretch(chain: ChainParameters) -> float:
+    """F_st / k, the largest of a chain."""
+    return float((chain.by_block("static_friction") / chain.by_block("stiffness")).max())
 
 
 def _slips(orbit: PeriodicOrbit, number: int) -> list[Slip]:
@@ -131,8 +139,7 @@ class Track:
         chain = self.orbit.parameters
         apart = (states - self.states[order % len(self.times)]) * as_lengths(chain)
         away = np.abs(apart).max(axis=1)
-        limit = WIDEST * (chain.by_block("static_friction") / chain.by_block("stiffness")).max()
-        far = np.append(times[away > limit], np.inf)[0]
+        far = np.append(times[away > WIDEST * _stretch(chain)], np.inf)[0]
         gaps = np.diff(np.concatenate([[0.0], times, [duration]]))
         late = gaps > _LATE * self.orbit.period_time
         missing = np.append(np.append(0.0, times)[late], np.inf)[0]

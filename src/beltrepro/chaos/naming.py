@@ -19,6 +19,7 @@ from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import normal_modes
+from beltrepro.model.friction import swing_growth
 from beltrepro.model.parameters import LONGEST
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
@@ -28,7 +29,15 @@ from beltrepro.simulation.groups import Group, Report, moments_interval, moments
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
 from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
-from beltrepro.stats.motion import PERIODIC, Recurrence, find_recurrence, name_motion
+from beltrepro.stats.motion import (
+    EQUILIBRIUM,
+    ERRORS,
+    PERIODIC,
+    TRANSIENT,
+    Recurrence,
+    find_recurrence,
+    name_motion,
+)
 
 _VECTORS = 2  # the largest exponents: one may be that of the motion itself
 _ALIGNED = 0.1  # first share of the observation, in which the vectors turn to their directions
@@ -171,6 +180,9 @@ def _judged(
             returns=len(times),
             noisy=case.parameters.noise > 0,
         )
+        grows = swing_growth(case.parameters) > 0
+        if state == EQUILIBRIUM and grows and exponents[lane, -1] > ERRORS * errors[lane, -1]:
+            state = TRANSIENT  # until blocks stick
         first = int(np.argmax(exponents[lane, :-1]))
         row = {
             "state": state,

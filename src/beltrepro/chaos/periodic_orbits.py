@@ -35,7 +35,7 @@ from beltrepro.simulation.run import Run
 from beltrepro.simulation.setup import Case, Chains, Setup, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import Tabled, one_panel
 from beltrepro.simulation.trajectories import event_records, simulate
-from beltrepro.stats.motion import CLOSED, find_recurrence
+from beltrepro.stats.motion import CLOSED, NEAR, find_recurrence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -210,7 +210,18 @@ def periodic_orbit(
             f"{case.parameters.describe()}: no state comes back in the last {observed:g} time "
             "units; the motion has not settled, or not on a periodic orbit"
         )
-    return close_orbit(end, recurrence.time, case.tolerance)
+    return _undivided(close_orbit(end, recurrence.time, case.tolerance), case.tolerance)
+
+
+def _undivided(orbit: PeriodicOrbit, tolerance: float | None) -> PeriodicOrbit:
+    """The orbit of which another is several periods, as where it attracts weakly by turns."""
+    start, events = orbit.state, orbit.period_events
+    for parts in (parts for parts in range(events, 1, -1) if events % parts == 0):
+        end, _ = follow(start, orbit.period_time / parts, tolerance)
+        apart, size = np.abs(_numbers(end) - _numbers(start)).max(), np.abs(_numbers(start)).max()
+        if apart <= NEAR * size:
+            return close_orbit(start, orbit.period_time / parts, tolerance)
+    return orbit
 
 
 def with_lengths(

@@ -76,6 +76,13 @@ def kinetic_friction(parameters: ChainParameters, speed: npt.ArrayLike = 0.0) ->
     return np.broadcast_to(force, np.broadcast_shapes(speed.shape, (parameters.n_blocks,)))
 
 
+def swing_growth(parameters: ChainParameters) -> float:
+    """Rate at which a swing of slipping blocks grows at most, if friction falls with velocity."""
+    weak = parameters.weakening_velocity
+    slope = kinetic_friction(parameters) / weak / (1 + parameters.belt_velocity / weak) ** 2
+    return float(((slope - parameters.viscosity) / (2 * np.asarray(parameters.mass))).max())
+
+
 def mean_kinetic_friction(parameters: ChainParameters) -> float:
     """Mean kinetic friction of a block that hardly slips, over all blocks of a chain."""
     if parameters.varied:

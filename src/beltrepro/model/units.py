@@ -112,6 +112,9 @@ def _read(value: Any, quantity: Any) -> tuple[Any, float]:
     """A number or array, and the size of a unit."""
     unit = UNIT_OF.get(quantity, quantity) if isinstance(quantity, str) else quantity
     size = SI[names.one_of("quantity", unit, [*SI, *UNIT_OF])][0]
-    if checks.is_real(value) or (value := checks.as_numbers(given := value)).ndim:
+    if checks.is_real(value):
+        floats = isinstance(value, float | np.floating)  # which may be infinite
+        return value if floats else checks.finite_number("value", value), size
+    if (value := checks.as_numbers(given := value)).ndim:
         return value, size
     raise InputError(f"value = {checks.shown(given)}: a number or an array of them is needed")

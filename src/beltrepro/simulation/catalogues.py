@@ -248,6 +248,8 @@ def _recorded(
         if not len(slips[0]):
             doing = _doing(ends[lane])
             none.append(f"no slip begins and ends: {doing} from t = {since[lane]:g} on")
+        elif not len(slips[1]):
+            none.append("no avalanche from one rest of all blocks to the next")
         if not len(points) and np.isfinite(low[lane]):
             way, level = f"{low[lane]:.6g} to {high[lane]:.6g}", section.positions[lane]
             none.append(f"x_{section.block} runs from {way}, never down through {level:g}")

@@ -28,6 +28,7 @@ from beltrepro.simulation.packed import packed
 from beltrepro.simulation.results import (
     KEY,
     Results,
+    cut,
     in_rows,
     keys_of,
     refuse_others,
@@ -137,6 +138,7 @@ class _Store:
         rows = self._rows()
         results = some_of(self._held[0], [rows[index] for index in range(len(cases))])
         results.update(self._asked)
+        cut(results)
         results.settings = self._asked.settings
         return results
 

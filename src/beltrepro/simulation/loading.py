@@ -8,14 +8,16 @@ import numpy as np
 
 from beltrepro.engine.integrator import Integrator
 from beltrepro.model.energy import slow_unit
+from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import LONGEST, ChainParameters
-from beltrepro.model.spring import balance_length
+from beltrepro.model.spring import balance_length, spring_extension
 from beltrepro.observe.length import LengthHistory
 from beltrepro.simulation.groups import Group, observe
 from beltrepro.simulation.setup import Case, warn
 
 _MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
+_STILL = 1e-6  # r of a viscous chain that only comes nearer to its balance
 _SURELY = 5  # loading times after which nobody looks any more
 _BINS = 10  # at least, however short a run is
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
@@ -45,7 +47,7 @@ class LoadingWatch:
             length, matters, whole, _ = beginning(history)
             disorder = whole.deviation / (whole.mean + group.chain.rest_positions[-1])
             for lane in np.flatnonzero(matters):
-                if self._may_load(cases[lane]):
+                if self._may_load(cases[lane], disorder[lane]):
                     needed = self._needed(cases[lane], length[lane])
                     self.noted[group.indices[lane]] = needed, disorder[lane]
 
@@ -83,7 +85,7 @@ class LoadingWatch:
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
         return math.ceil(time / step) * step
 
-    def _may_load(self, case: Case) -> bool:
+    def _may_load(self, case: Case, disorder: float) -> bool:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
         # period, less than 2 pi / (pi / (2N + 1)) in the paper's chain
         slowest = (4 * case.parameters.n_blocks + 2) * slow_unit(case.parameters)
@@ -91,7 +93,8 @@ class LoadingWatch:
         left_out, loading = _age(case) + self._transient, _loading_time(case)
         if _age(case) > 0:  # its motion may be as slow as that
             slowest = max(slowest, loading)
-        return measured >= _PERIODS * slowest or left_out < loading or self._brief(case)
+        long_enough = measured >= _PERIODS * slowest and disorder > _STILL
+        return long_enough or left_out < loading or self._brief(case)
 
     def _brief(self, case: Case) -> bool:
         """Whether a run, no piece of a longer one, measures less than the belt takes to load it."""
@@ -107,7 +110,13 @@ def _loading_time(case: Case) -> float:
 
 def _rise(chain: ChainParameters, begun: np.ndarray) -> float:
     """Time in which the belt brings the last block to where springs and friction balance."""
-    return float(balance_length(chain) - begun[-1]) / chain.belt_velocity
+    length = balance_length(chain)
+    if chain.viscosity > 0:  # blocks that do not swing over stick until static friction is reached
+        friction = kinetic_friction(chain, chain.belt_velocity)
+        friction = np.maximum(chain.by_block("static_friction"), friction)
+        tension = np.cumsum(friction[::-1])[::-1]
+        length = float(chain.rest_positions[-1] + spring_extension(tension, chain).sum())
+    return float(length - begun[-1]) / chain.belt_velocity
 
 
 def _age(case: Case) -> float:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 KEY = OF_RUNS + "key"
 # Quantities of the setup that all chains of a table share as a rule
 _MEANS = ("method", "time_step", "tolerance", "initial_spread", "seed")
+SLIP_COLUMNS = 10  # of slip_count, at least: results of chains of few blocks are of one shape
 # Axes of arrays after that of the chains, where they are not the blocks.
 _AXES = {"section_velocity": "crossing", "section_histogram": "bin", "return_state": "coordinate"}
 _AXES |= {"exponents": "exponent", "standard_error": "exponent", "growth": "stretch exponent"}
@@ -199,6 +200,8 @@ class Results(Arrays):
             # the file has the arrays by name, and xarray takes coordinates from here
             order = {"columns": json.dumps(list(self)), "coordinates": " ".join(self.axes)}
             about = {name: {"units": TEXTS[UNIT_OF.get(name, "1")]} for name in self}
+            mixed = f"{TEXTS['length']}, then {TEXTS['velocity']}"
+            about.get("return_state", {})["units"] = mixed
             axes = {name: ["chain", *_AXES.get(name, "block").split()] for name in self}
             attributes = provenance.origin() | self.settings | order
             store.write(path, self | self.of_runs, attributes, about, axes)
@@ -282,6 +285,15 @@ def some_of(results: Results, rows: list[int]) -> Results:
         elif np.shape(array)[:1] == (count,):
             arrays[name] = np.asarray(array)[rows]
     return Results(arrays, results.settings)
+
+
+def cut(results: Results) -> None:
+    """Make the arrays as wide as those of its chains alone, where there were longer ones."""
+    size = int(results["n_blocks"].max())
+    for name, array in results.items():
+        ends = {"block": max(size, SLIP_COLUMNS * (name == "slip_count")), "exponent": 2 * size}
+        words = _AXES.get(name, "block").split()[: array.ndim - 1]
+        results[name] = array[(slice(None), *(slice(ends.get(word)) for word in words))]
 
 
 def together(*parts: Results) -> Results:

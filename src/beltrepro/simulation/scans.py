@@ -23,7 +23,7 @@ from beltrepro.simulation.gathering import LOADING, gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
 from beltrepro.simulation.loading import LoadingWatch
 from beltrepro.simulation.packed import packed
-from beltrepro.simulation.results import Results
+from beltrepro.simulation.results import SLIP_COLUMNS, Results
 from beltrepro.simulation.setup import (
     Chains,
     PerChain,
@@ -36,7 +36,6 @@ from beltrepro.simulation.setup import (
     with_setup,
 )
 
-SLIP_COLUMNS = 10  # of slip_count, at least: results of chains of few blocks are of one shape
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
 LAMINAR_TIME = 200.0  # in units of sqrt(mass / stiffness): 30 periods of one block
 _BY_LAW = f"{LAMINAR_TIME:g} sqrt(mass / stiffness)"

@@ -126,7 +126,7 @@ def _swept(given: dict[str, Any]) -> tuple[str, list]:
 
 def _check_blocks(name: str, values: Any, sizes: set[int]) -> None:
     """That values in a row are not meant as those of the blocks of a chain, as of a `Grid`."""
-    fits = isinstance(values, tuple) and name in PER_BLOCK and len(values) in sizes
+    fits = isinstance(values, tuple) and name in PER_BLOCK and len(values) in sizes - {1}
     if fits and all(isinstance(value, Real) for value in values):
         text = ", ".join(f"{value:g}" for value in values)
         either = f"{name}=[({text})] for one value whose blocks differ so, {name}=[{text}]"
@@ -147,7 +147,9 @@ def _reported(progress: Report, step: int, steps: int, fraction: float) -> None:
 
 def _ways(values: Sequence) -> np.ndarray:
     """Which way each value is met."""
-    changes = np.diff([np.mean(value) for value in values])
+    # by ranks: infinite values have no difference
+    _, ranks = np.unique([np.mean(value) for value in values], return_inverse=True)
+    changes = np.diff(ranks)
     turns = np.flatnonzero(changes)
     # the next change for a value that stays, the last one after all
     to_come = np.append(changes[turns], changes[turns[-1:]]) if len(turns) else np.ones(1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from beltrepro.stats.power_law import (
 
 FINE_BINS = 10  # a decade, in which the most probable value is looked for
 STARTS_TRIED = 12
+_MOST_LOG = 300.0  # of a prefactor, which with its interval is to be a float
 
 
 @names.checked
@@ -56,6 +58,12 @@ class ChainValues:
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", checks.series("values", self.values))
         object.__setattr__(self, "chain", np.asarray(self.chain))
+        if self.chain.dtype.kind == "O" and not any(
+            all(isinstance(label, kind) for label in self.chain.flat) for kind in (Real, str)
+        ):
+            raise InputError(
+                f"chain = {checks.shown(self.chain.tolist())}: numbers or texts are needed"
+            )
         if self.chain.shape != self.values.shape:
             needed = f"the shape {self.values.shape} of the values is needed"
             raise InputError(f"chain of shape {self.chain.shape}: {needed}")
@@ -262,6 +270,8 @@ def power_law(values: ChainValues | npt.ArrayLike, *, low: float | str | None = 
     sample = _independent(values)
     given = isinstance(low, str) or low is None
     least = most_probable(sample.values) if given else checks.positive("low", low)
+    if given:  # the middle of the bin may lie above all
+        least = min(least, float(sample.values.max()))
     if isinstance(low, str):
         names.one_of("low", low, ["best"])
     positive, above = np.count_nonzero(sample.values > 0), sample.values >= least
@@ -283,4 +293,7 @@ def power_law(values: ChainValues | npt.ArrayLike, *, low: float | str | None = 
         area = fit.low ** (exponent + 1) * boxcox(fit.high / fit.low, exponent + 1)
         return exponent, share / area
 
+    if abs((fit.exponent + 1) * np.log(fit.low)) > _MOST_LOG:
+        few = "no number is as large or small as the prefactor: take another unit"
+        raise InputError(f"values from {fit.low:.3g} on: {few}")
     return PowerLaw(*_law_of(sums, law), fit.low, fit.high, fit.p)
