@@ -123,6 +123,17 @@ def test_an_orbit_begins_with_its_first_slip_where_noise_ends_continuous_slip():
     assert orbit["lifetime"][0] == events["time"][events["kind"] == "slip"][0] > 900
 
 
+def test_when_a_run_begins_changes_no_lifetime():
+    state = simulate(ChainParameters(5, 7.0), duration=100.0).final_state
+    early, late = (
+        time_to_orbit(state.parameters, duration=20_000, initial_state=begun)
+        for begun in (state, dataclasses.replace(state, time=0.0))
+    )
+    assert early["state"][0] == late["state"][0] == "periodic" and early["lifetime"][0] > 100
+    for name in ("lifetime", "period_time", "irregular_time"):
+        np.testing.assert_allclose(late[name], early[name], rtol=1e-6)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("how", DISTURBED)
 @pytest.mark.parametrize("n_blocks", [7, 10])

@@ -86,6 +86,25 @@ def test_other_numbers_are_wrong_here_and_bounded_elsewhere(
         assert comparison.words.endswith(": delete it and make it again")
 
 
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("mean_length", "f8"),
+        ("section_count", "i4"),
+        ("laminar_count", "u2"),
+        ("last_stick_time", "?"),
+    ],
+)
+def test_numbers_of_each_type_are_bounded_elsewhere(compared, tmp_path, name, kind):
+    folder, compare = compared
+    most = np.arange(len(plan().datasets["rows"].points)) % 8 > 0
+    write(folder, plan(), **{name: most.astype(kind)})
+    verification.write_list(tmp_path / "own.json", folder)
+    for other, outcome in ((most[::-1], NEAR), (~most, WRONG)):
+        write(folder, plan(), **{name: other.astype(kind)})
+        assert compare(**OTHER)["rows"].outcome == outcome
+
+
 def test_what_points_are_and_what_they_were_told_agrees_everywhere(compared):
     folder, compare = compared
     velocity = columns(plan().datasets["rows"].points)["belt_velocity"]

@@ -341,3 +341,11 @@ def test_a_grid_has_the_replicates_that_are_named():
     assert Grid(2, [5.0, 6.0], replicates=range(4, 6)).replicate == (4, 5, 4, 5)
     with pytest.raises(InputError, match=r"^replicates = \[1, 1\]: each may be there once"):
         Grid(2, 5.0, replicates=[1, 1])
+
+
+def test_a_store_tells_sections_apart_to_the_last_bit(tmp_path, computed):
+    place = [250.0, np.nextafter(250.0, 300.0)]
+    how = SHORT | {"section_position": place, "store": tmp_path / "r.h5"}
+    for _ in range(2):
+        assert scan([GOOD, GOOD], **how)["section_position"].tolist() == place
+    assert len(computed) == 2

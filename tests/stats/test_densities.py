@@ -104,6 +104,17 @@ def test_a_law_through_the_bins_of_exact_values_lies_on_them():
     assert repr(replace(law, p=0.11)).endswith("p=0.11)")
 
 
+def test_the_interval_of_series_of_two_kinds_holds_their_scatter():
+    """Each of eight series is averaged over its own stretches: slopes of -1 and of -2."""
+    noise = np.fft.rfft(RNG(1).standard_normal((8, 20_000)))
+    slopes = np.repeat([-0.5, -1.0], 4)[:, np.newaxis]
+    noise[:, 1:] *= (np.arange(1.0, noise.shape[1]) / 1000) ** slopes
+    runs = np.fft.irfft(noise)
+    both = spectrum(runs, sample_interval=1.0).exponent(0.01, 0.3)
+    of_each = [spectrum(run, sample_interval=1.0).exponent(0.01, 0.3).value for run in runs]
+    assert both.high - both.low > 0.3 * np.ptp(of_each) > 0.25
+
+
 def test_errors_of_one_series_are_those_of_its_stretches():
     """A series that is small or large for a 40th of its length: neighbours say the same."""
     densities, errors = [], []

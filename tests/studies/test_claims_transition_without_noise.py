@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro.base.store import Dataset
-from beltrepro.replication.studies.transition.measure import on_shared_orbits
+from beltrepro.replication.studies.transition.measure import on_shared_orbits, until_last_stick
 from beltrepro.replication.verdicts.criteria import IN_PART, NO, OPEN, YES
 from beltrepro.replication.verdicts.evidence import EXACT
 from made_up import (
@@ -208,6 +208,17 @@ def escaping(tau, *, stuck=0.0, duration=1e4, **options):
     arrays = {"n_blocks": np.full(u.size, 5), "belt_velocity": u, "lifetime": lifetime}
     attributes = {"duration": duration, "settle_time": 2000.0}
     return Dataset(arrays | {"escaped": lifetime < duration}, attributes)
+
+
+def test_what_ends_within_the_time_of_settling_tells_nothing():
+    """Whether it has escaped or when, the mean time until the last stick is the same."""
+    runs = escaping(dict.fromkeys(PLACES, 8000.0))
+    late = runs.arrays["lifetime"] > 8000
+    means = []
+    for lifetime, escaped in ((1e4, False), (9000.0, True), (9900.0, True)):
+        runs.arrays["lifetime"][late], runs.arrays["escaped"][late] = lifetime, escaped
+        means.append(until_last_stick(runs).mean(0, 50).numbers)
+    assert means[0] == means[1] == means[2] and means[0][1] < 8000 < means[0][2]
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import figure_data
-from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit
+from beltrepro import ChainParameters, Setup, orbit_branch, periodic_orbit, sliding_energy
 from beltrepro.replication.plan import attractors as attracted
 from beltrepro.replication.plan.attractors import basin_starts, births, sweeps
 from beltrepro.replication.studies.fall import measure
@@ -34,6 +34,17 @@ def test_starts_of_each_kind_are_recorded(recorded):
     for point in (0, 3):
         there = recorded["attractors"]["attractor"][recorded["attractors"]["point"] == point]
         assert set(recorded["attractor"][point : point + 3].ravel()) <= set(there)
+
+
+def test_an_energy_of_starts_is_that_of_a_block(monkeypatch):
+    begun = []
+    monkeypatch.setattr(attracted, "basins", lambda setup, **how: begun.append(setup) or 1 / 0)
+    for n_blocks in (2, 5):
+        with pytest.raises(ZeroDivisionError):
+            basin_starts(Setup([ChainParameters(n_blocks, 20.0)]), duration=400.0, energies=[3.0])
+        state = begun[-1].initial_state[1]
+        energy = sliding_energy(state.parameters, state.positions, state.velocities)
+        assert energy / n_blocks == pytest.approx(3.0)
 
 
 def test_branches_are_recorded_with_their_ends(recorded):
