@@ -22,10 +22,10 @@ r["mean"].plot(yerr=r["sem"], ylabel="r")
 plt.show()
 
 # %%
-# A file that was made with another duration, method or seed is refused; one that ``results.save``
-# wrote goes on as well. ``sweep``, ``catalogue``, ``time_to_continuous_slip``, ``classify`` and
-# ``lyapunov_spectrum`` have it too, and ``beltrepro scan`` has ``--store r.h5`` and
-# ``--on-error nan``.
+# A file that was made with another duration, method or seed is refused; one of a scan that
+# ``results.save`` wrote goes on as well. ``sweep``, ``catalogue``, ``time_to_continuous_slip``,
+# ``classify`` and ``lyapunov_spectrum`` have it too, and ``beltrepro scan`` has ``--store r.h5``
+# and ``--on-error nan``.
 #
 # At u = 150 blocks run into each other, which would end the scan; with ``on_error="nan"`` their
 # rows are NaN, ``more["error"]`` says why, and a warning counts them. ``one.joined(other)`` makes

@@ -89,7 +89,7 @@ def test_warnings_of_a_sweep_are_one_line():
         ({"noise": []}, "noise = []: the values that it takes are needed"),
         ({"noise": [1.0, -1.0]}, "noise = -1: must be at least 0"),
         ({"noise": [1.0, 50.0]}, "noise = 50: with friction_ratio = 0.45"),
-        ({"mass": (1, 3, 1)}, "mass = (1, 3, 1): write mass=[(1, 3, 1)] for one value whose"),
+        ({"mass": (1, 3, 1)}, "mass = (1, 3, 1): write mass=[(1, 3, 1)] for one chain whose"),
         ({"mass": [1.0, (1, 2)]}, "mass = [1, 2] has 2 numbers"),
         ({"n_blocks": [2, 3]}, "sweep has no argument 'n_blocks'"),
     ],

@@ -172,7 +172,7 @@ def _as_array(value: Any) -> np.ndarray | None:
 
 
 def _has_more(value: Any) -> bool:
-    """Whether a value, or one in its lists, is a truth, has a unit or mask: an array loses that."""
+    """Whether a value or one in its lists is a bool, has a unit or a mask: an array loses that."""
     kind = type(value)  # as a table may have a column of such a name
     has_unit = hasattr(kind, "unit") or hasattr(kind, "units")
     is_masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from beltrepro.base.errors import warn
 from beltrepro.chaos import vectors
 from beltrepro.chaos.periodic_orbits import MOMENTS, loading_time, moments_of_orbit, with_lengths
 from beltrepro.chaos.vectors import REST
@@ -27,7 +28,7 @@ from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, moments_interval, moments_of
 from beltrepro.simulation.results import Results
-from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, warn, with_setup
+from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
 from beltrepro.stats.motion import (
     EQUILIBRIUM,

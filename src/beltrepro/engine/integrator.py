@@ -171,6 +171,9 @@ class Integrator:
         of this scheme: they are made from its positions, velocities and forces.
         """
         self._begun = list(states)
+        for state in states:
+            if not np.isfinite(state.displacements).all():
+                raise ModelStateError(f"{state.parameters.describe()}: the chain has failed before")
         self.time = self._instant(states[0].time)
         columns = ([getattr(state, name) for state in states] for name in Lanes._fields)
         lanes = Lanes(*map(_stacked, columns))
@@ -201,10 +204,6 @@ class Integrator:
 
     def advance(self, until: float) -> Iterator[Chunk]:
         """Advance all chains to `until`, in steps to the nearest one, chunk by chunk."""
-        for state in self._begun:
-            if not np.isfinite(state.displacements).all():
-                chain = state.parameters.describe()
-                raise ModelStateError(f"{chain}: the chain has failed before")
         until = self._instant(until)
         while self.time < until:
             start, first_row = self.time, self._rows(self.time) + 1

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from beltrepro.base import atomic, checks, names
-from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.base.errors import InputError, ModelStateError, warn
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.groups import (
     ON_ERROR,
@@ -35,7 +35,7 @@ from beltrepro.simulation.results import (
     some_of,
     together,
 )
-from beltrepro.simulation.setup import Case, Setup, columns, warn
+from beltrepro.simulation.setup import Case, Setup, columns
 from beltrepro.simulation.tables import OF_RUNS
 
 Arrays = dict[str, np.ndarray]

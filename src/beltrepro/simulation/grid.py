@@ -82,7 +82,7 @@ class Grid:
     def __post_init__(self) -> None:
         axes = {name: _values(name, getattr(self, name)) for name in QUANTITIES}
         for name in PER_BLOCK:
-            _check_chains(name, getattr(self, name), axes)
+            check_chains(name, getattr(self, name), axes)
         copies = _replicates(self.replicates)
         for name, values in (axes | {"replicates": copies}).items():
             if isinstance(getattr(self, name), Iterator):  # it has no values any more
@@ -124,7 +124,7 @@ def _replicates(value: Any) -> Sequence[int]:
     return copies
 
 
-def _check_chains(name: str, value: Any, axes: dict[str, list]) -> None:
+def check_chains(name: str, value: Any, axes: dict[str, list]) -> None:
     """That numbers which each block can have are not meant as those of the blocks of one chain."""
     numbers = [item for item in axes[name] if isinstance(item, Real)]
     fits = len(numbers) > 1 and len(numbers) in axes["n_blocks"]

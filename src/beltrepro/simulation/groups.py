@@ -8,13 +8,13 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from beltrepro.base.checks import shown
-from beltrepro.base.errors import InputError, ModelStateError
+from beltrepro.base.errors import InputError, ModelStateError, warn
 from beltrepro.base.threads import in_threads
 from beltrepro.engine.integrator import GROUP_SIZE, Integrator, Sampling, Section
 from beltrepro.model import ChainParameters
 from beltrepro.model.energy import times_as_fast
 from beltrepro.observe.length import LengthMoments
-from beltrepro.simulation.setup import METHODS, Case, warn
+from beltrepro.simulation.setup import METHODS, Case
 
 Report: TypeAlias = Callable[[float], None]
 """Called with the fraction done."""

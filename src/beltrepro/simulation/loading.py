@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from beltrepro.base.errors import warn
 from beltrepro.engine.integrator import Integrator
 from beltrepro.model.energy import slow_unit
 from beltrepro.model.friction import kinetic_friction
@@ -13,7 +14,7 @@ from beltrepro.model.parameters import LONGEST, ChainParameters
 from beltrepro.model.spring import balance_length, spring_extension
 from beltrepro.observe.length import LengthHistory
 from beltrepro.simulation.groups import Group, observe
-from beltrepro.simulation.setup import Case, warn
+from beltrepro.simulation.setup import Case
 
 _MATERIAL = 0.01  # of the standard deviation: smaller changes of mean and deviation do not matter
 _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading

@@ -11,13 +11,12 @@ import numpy.typing as npt
 
 from beltrepro.base import checks, names
 from beltrepro.base.checks import is_sequence, shown
-from beltrepro.base.errors import InputError, require
+from beltrepro.base.errors import InputError, require, warn
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.records import EVENT_DISSIPATED
 from beltrepro.observe.slips import slips_and_avalanches
 from beltrepro.simulation.catalogues import Catalogue
 from beltrepro.simulation.run import Run
-from beltrepro.simulation.setup import warn
 from beltrepro.simulation.tables import one_panel
 from beltrepro.stats import sections, spectra
 from beltrepro.stats.densities import ChainValues

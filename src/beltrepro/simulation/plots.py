@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 
 from beltrepro.base import checks, names
 from beltrepro.base.checks import shown
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, warn
 from beltrepro.simulation import artists
 from beltrepro.simulation.artists import BLACK, BLUE, COLOURS, GREY, TIME, label, label_of
 from beltrepro.simulation.grid import QUANTITIES
 from beltrepro.simulation.picture import draw_slips
-from beltrepro.simulation.setup import warn
 from beltrepro.stats import sections
 from beltrepro.stats.densities import density
 
@@ -161,8 +160,8 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
 def _warn_of_starts(table: Any, chosen: np.ndarray) -> None:
     """Warn if a replicate has several rows at a point, as in the store of a sweep."""
     columns = _columns(table)
-    told = [name for name in (*_COMPARED, "initial_spread", "seed", "replicate") if name in columns]
-    rows = zip(*(columns[name][chosen].tolist() for name in told), strict=True)
+    compared = {*_COMPARED, "initial_spread", "seed", "replicate"} & columns.keys()
+    rows = zip(*(columns[name][chosen].tolist() for name in compared), strict=True)
     if (most := max(Counter(map(str, rows)).values())) > 1:  # as texts, in which NaN is NaN
         warn(
             f"up to {most} rows of one replicate at one point are averaged, which began from "

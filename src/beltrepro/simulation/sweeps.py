@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.model.parameters import PER_BLOCK
-from beltrepro.simulation.grid import QUANTITIES
+from beltrepro.simulation.grid import QUANTITIES, check_chains
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.results import Results, in_one_table
 from beltrepro.simulation.scans import scan_of
@@ -93,7 +92,9 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         made = setup_of(with_value(chains, quantity, values[0]), setup)
-        _check_blocks(quantity, given[quantity], {case.parameters.n_blocks for case in made.cases})
+        sizes = {case.parameters.n_blocks for case in made.cases}
+        if isinstance(given[quantity], tuple) and quantity in PER_BLOCK and len(values) in sizes:
+            check_chains(quantity, given[quantity], {quantity: values, "n_blocks": [*sizes]})
         with warnings.catch_warnings(action="ignore"):  # a wrong one is refused now
             for value in values:
                 _continued(made, quantity, value, [case.state for case in made.cases])
@@ -122,15 +123,6 @@ def _swept(given: dict[str, Any]) -> tuple[str, list]:
     if not checks.is_sequence(values) or not (listed := checks.listed(name, values)):
         raise InputError(f"{name} = {checks.shown(values)}: the values that it takes are needed")
     return name, listed
-
-
-def _check_blocks(name: str, values: Any, sizes: set[int]) -> None:
-    """That values in a row are not meant as those of the blocks of a chain, as of a `Grid`."""
-    fits = isinstance(values, tuple) and name in PER_BLOCK and len(values) in sizes - {1}
-    if fits and all(isinstance(value, Real) for value in values):
-        text = ", ".join(f"{value:g}" for value in values)
-        either = f"{name}=[({text})] for one value whose blocks differ so, {name}=[{text}]"
-        raise InputError(f"{name} = ({text}): write {either} for several of equal blocks")
 
 
 def _continued(made: Setup, quantity: str, value: Any, states: Any) -> Setup:

@@ -303,7 +303,7 @@ def _heights(values: np.ndarray, interval_s: float) -> np.ndarray:
     numbers = np.arange(1, 2 * _MULTIPLES.max() + 2) / 2
     halves = np.outer(_SPACINGS_HZ, numbers)
     places = np.rint(halves / frequency[0]).astype(int) - 1
-    log = np.log(np.maximum(power, np.finfo(float).tiny)).take(places, mode="clip")
+    log = np.log(np.maximum(power, _TINY)).take(places, mode="clip")
     before, at, after = numbers[:-2:2], numbers[1::2], numbers[2::2]
     weight = np.log(after / at) / np.log(after / before)
     heights = log[:, 1::2] - weight * log[:, :-2:2] - (1 - weight) * log[:, 2::2]

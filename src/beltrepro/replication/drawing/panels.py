@@ -346,10 +346,10 @@ REPLICATES = "n5_replicates", "size_replicates"
 _ROW = 0.26  # height of a bar of `falls`
 
 
-def known_falls(table, column, value):
+def independent_falls(table, column, value):
     """Rows of critical_velocities of independent runs that fall, with this value in a column."""
-    known = table["dataset"].isin(REPLICATES) & table["critical"].notna()
-    return table[known & (table[column] == value)]
+    independent = table["dataset"].isin(REPLICATES) & (table[column] == value)
+    return table[independent & table["critical"].notna()]
 
 
 def falls(axes, rows, column, colour_of, printed):
@@ -362,12 +362,8 @@ def falls(axes, rows, column, colour_of, printed):
             reach = np.nan_to_num([[row.critical - row.low], [row.high - row.critical]])
             axes.errorbar(row.critical, place + _ROW, xerr=reach, **look)
         low, high = np.broadcast_to(printed.get(level, np.nan), 2)
-        look = {
-            "facecolor": style.BLACK,
-            "edgecolor": style.BLACK,
-            "linewidth": 1.4 * (low == high),
-        }
-        axes.barh(place + 2 * _ROW, high - low, _ROW, low, **look)
+        paper = {"color": style.BLACK, "linewidth": 1.4 * (low == high)}
+        axes.barh(place + 2 * _ROW, high - low, _ROW, low, **paper)
     axes.set_yticks(np.arange(len(levels)) + _ROW, [f"{level:g}" for level in levels])
     axes.set(xlabel=BELT_VELOCITY, ylim=(len(levels) - _ROW, -2 * _ROW))
     axes.tick_params(axis="y", length=0)

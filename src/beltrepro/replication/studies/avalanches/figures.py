@@ -78,9 +78,10 @@ def _fit(series):
     frequency, power = power_spectrum(position[chosen], float(np.median(np.diff(time))))
     bins = np.floor(10 * np.log10(frequency))
     bins[(frequency < FIT_BAND[0]) | (frequency > FIT_BAND[1])] = np.nan
-    means = measure.as_amplitude([power[bins == one].mean() for one in np.unique(bins)[:-1]])
+    inside = np.unique(bins)[:-1]  # without the NaN of those outside
+    means = measure.as_amplitude([power[bins == one].mean() for one in inside])
     numbers = {name: estimate.value for name, estimate in fit.items()}
-    return numbers | {"places": 10 ** ((np.unique(bins)[:-1] + 0.5) / 10), "means": means}
+    return numbers | {"places": 10 ** ((inside + 0.5) / 10), "means": means}
 
 
 def _law(axes, series):

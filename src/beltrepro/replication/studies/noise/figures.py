@@ -44,7 +44,7 @@ def fig13(data):
         panels.band(axes, place, row["disorder_parameter"], shaded=place < NO_BANDS, **look)
     panels.finish_curves(axes, xlabel="", ncols=5, handlelength=1.4, columnspacing=0.5)
     paper = {0.0: printed("u-critical"), 2.2: printed("uc-sigma22")["u_c"]}
-    rows = panels.known_falls(data["critical_velocities"], "n_blocks", N_BLOCKS)
+    rows = panels.independent_falls(data["critical_velocities"], "n_blocks", N_BLOCKS)
     panels.falls(below, rows, "noise", lambda s: style.look_of_noise(s)["color"], paper)
     below.set(ylabel=panels.NOISE, xlim=(0, None))
     return figure
@@ -240,7 +240,7 @@ def _without_crumbs(mixed):
 
 def _falls(axes, table):
     """Where r falls at each noise, from independent runs, and where the paper sees it fall."""
-    rows = panels.known_falls(table, "n_blocks", N_BLOCKS)
+    rows = panels.independent_falls(table, "n_blocks", N_BLOCKS)
     reach = np.nan_to_num([rows["critical"] - rows["low"], rows["high"] - rows["critical"]])
     halo = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
     look = {"fmt": "o", "color": style.BLACK, "markersize": 2.5, "elinewidth": 0.9} | halo

@@ -34,7 +34,7 @@ def fig19(data):
             look = style.look_of_size(n_blocks) | {"label": f"$N = {n_blocks}$"}
             panels.band(axes, row["belt_velocity"], row["disorder_parameter"], **look)
     panels.finish_curves(axes, xlabel="", ncols=6, handlelength=2)
-    rows = panels.known_falls(data["critical_velocities"], "noise", NOISE)
+    rows = panels.independent_falls(data["critical_velocities"], "noise", NOISE)
     regions = {int(n): ends for n, ends in printed("transition-width").items()}
     panels.falls(below, rows, "n_blocks", style.colour_of_size, regions)
     below.set(ylabel="$N$", xlim=(0, None))
@@ -101,7 +101,7 @@ def fig21(data):
         look = {"markerfacecolor": face, "label": f"$N = {n}$, $u = {u:g}$"}
         places[n, u] = style.look_of_size(n) | look
     panels.against_noise(axes, data["size_columns"], places, ncols=2)
-    falls = panels.known_falls(data["critical_velocities"], "noise", 0).set_index("n_blocks")
+    falls = panels.independent_falls(data["critical_velocities"], "noise", 0).set_index("n_blocks")
     for line, (n, u) in zip(list(axes.lines), places, strict=False):
         if n in falls.index and falls["lower"][n] < u < falls["upper"][n]:
             look = {"color": line.get_color(), "textcoords": "offset points", "ha": "right"}

@@ -228,7 +228,7 @@ def critical_velocity(data):
     regions = {int(n): ends for n, ends in printed("transition-width").items()}
     figure, grid = panels.page(3.2, "a;b", sharex=True)
     for axes, noise in zip(grid, NOISES, strict=True):
-        rows = panels.known_falls(table, "noise", noise)
+        rows = panels.independent_falls(table, "noise", noise)
         panels.falls(axes, rows, "n_blocks", style.colour_of_size, regions if noise else {})
         axes.set_ylabel(rf"$N$ at $\sigma = {noise:g}$")
         if rows.empty:
