@@ -269,7 +269,14 @@ def test_fig13_is_the_mean_of_runs_at_neighbouring_velocities():
 
 
 def bars(panel):
-    ends = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in panel.axes.patches]
+    """Ends of the bars and strokes that can be seen."""
+    stroke = (0.0, 0.0, 0.0, 1.0)
+    seen = [
+        one
+        for one in panel.axes.patches
+        if one.get_width() or (one.get_linewidth() and one.get_edgecolor() == stroke)
+    ]
+    ends = [(one.get_x(), one.get_x() + one.get_width()) for one in seen]
     return [pytest.approx(pair) for pair in ends if np.isfinite(pair).all()]
 
 

@@ -362,7 +362,8 @@ def falls(axes, rows, column, colour_of, printed):
             reach = np.nan_to_num([[row.critical - row.low], [row.high - row.critical]])
             axes.errorbar(row.critical, place + _ROW, xerr=reach, **look)
         low, high = np.broadcast_to(printed.get(level, np.nan), 2)
-        paper = {"color": style.BLACK, "linewidth": 1.4 * (low == high)}
+        paper = dict.fromkeys(("facecolor", "edgecolor"), style.BLACK)
+        paper["linewidth"] = 1.4 * (low == high)  # a printed middle is a stroke
         axes.barh(place + 2 * _ROW, high - low, _ROW, low, **paper)
     axes.set_yticks(np.arange(len(levels)) + _ROW, [f"{level:g}" for level in levels])
     axes.set(xlabel=BELT_VELOCITY, ylim=(len(levels) - _ROW, -2 * _ROW))
