@@ -13,7 +13,7 @@ from beltrepro.replication.verdicts.evidence import EXACT, SCHEME
 from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.replication.verdicts.motions import scan_of
 from beltrepro.stats import transition
-from beltrepro.stats.estimates import bootstrap, difference, trend
+from beltrepro.stats.estimates import bootstrap, difference, mapped, trend
 from beltrepro.stats.motion import CHAOTIC, PERIODIC
 from beltrepro.stats.places import PART, over_places, part_of
 
@@ -192,8 +192,7 @@ def r_of_sigma_size(evidence):
         require(velocities.size, f"size_columns has no runs of {n} blocks")
         rises[n] = measure.rise(evidence.column("size_columns", n, velocities.max()))
     others = {f"N = {n}": rises.pop(n) for n in places["others"]}
-    measurement = _weaker_with_size(rises)
-    return Measurement(measurement.judged, measurement.also | others)
+    return _weaker_with_size(rises, others | _factors(rises))
 
 
 @claim("r-of-sigma-size", "beyond each fall")
@@ -207,11 +206,16 @@ def rise_beyond_each_fall(evidence):
         ends = [share * critical for share in places["beyond"]]
         noisy = evidence.row(scan_of(n, "density"), n, places["noise"]).within(*ends)
         rises[n] = difference(*map(_mean_log_r, (noisy, runs.within(*ends))))
-    return _weaker_with_size(rises)
+    return _weaker_with_size(rises, _factors(rises))
 
 
 def _mean_log_r(row):
     return over_places(np.mean, row.belt_velocity, np.log(row.disorder))
+
+
+def _factors(rises):
+    """The factors whose logarithms the rises of r are."""
+    return {f"factor, N = {n}": mapped(np.exp, rise) for n, rise in rises.items()}
 
 
 EFFECTS = {"section velocities": measure.effect_on_section, "r": measure.effect_on_r}
@@ -225,10 +229,10 @@ def noise_less_relevant(evidence, effect_of):
     for n in places["n_blocks"]:
         pair = (_runs(evidence, n, noise) for noise in (0.0, places["noise"]))
         effects[n] = effect_of(*places["belt_velocity"], *pair)
-    return _weaker_with_size(effects)
+    return _weaker_with_size(effects, {})
 
 
-def _weaker_with_size(effects):
+def _weaker_with_size(effects, also):
     """Trend over N of an effect of noise."""
     sizes = sorted(effects)
     require(any(effect.value > 0 for effect in effects.values()), "noise has no effect at any N")
@@ -236,4 +240,4 @@ def _weaker_with_size(effects):
         "slope over N": trend(sizes, [effects[n] for n in sizes]),
         "N = 5 minus N = 10": difference(effects[5], effects[10]),
     }
-    return Measurement(judged, {f"N = {n}": effects[n] for n in sizes})
+    return Measurement(judged, {f"N = {n}": effects[n] for n in sizes} | also)
