@@ -228,9 +228,11 @@ def test_when_sweeps_fall(falls, verdict):
 
 
 @pytest.mark.parametrize(
-    ("away", "verdict"), [(lambda f: 0.2, YES), (lambda f: 3.0, NO), (lambda f: 40 * (f - 0.5), NO)]
+    ("away", "verdict", "near_second"),
+    [(lambda f: 0.2, YES, 0), (lambda f: 3.0, NO, 1), (lambda f: 40 * (f - 0.5), NO, 0.23)],
 )
-def test_falls_at_births_over_friction_ratios(away, verdict):
+def test_falls_at_births_over_friction_ratios(away, verdict, near_second):
+    """And near those of a second orbit, 3 above."""
     ratios = np.round(np.arange(0.4, 0.61, 0.02), 2)
     f, u = map(np.ravel, np.meshgrid(ratios, np.arange(6.25, 30, 0.5)))
     place = 19 - 35 * (f - 0.4) + np.vectorize(away)(f)
@@ -238,6 +240,13 @@ def test_falls_at_births_over_friction_ratios(away, verdict):
     arrays["disorder_parameter"] = np.where(u > place, 0.02, 0.12)
     made = {"small_orbits": five_slips([0.4, 0.6], [19.0, 12.0]), "friction_map": data(arrays)}
     assert grades("fall-at-birth", **made)[""] == verdict
+    both = made["small_orbits"].arrays
+    both["births"] = np.tile(both["births"], 2)
+    both["births"]["period_events"][2:] = 11
+    both["births"]["belt_velocity"][2:] += 3
+    assert grades("fall-at-birth", **made)[""] == verdict
+    share = measured("fall-at-birth", **made).numbers["friction ratios within 1 of 11"].value
+    assert share == pytest.approx(near_second, abs=0.1)
 
 
 @pytest.mark.parametrize(

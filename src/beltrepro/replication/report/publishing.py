@@ -97,6 +97,8 @@ def block(folder: Path) -> str:
     words, counts = findings.words(), count(results)
     texts = [one.text for one in findings.findings_of(results) if not one.unmet]
     lines = [
+        words["ways"],
+        "",
         *texts[:1],
         "",
         *(f"- {text}" for text in texts[1:]),

@@ -1,6 +1,7 @@
 """What explains the fall of r: where orbits of small r begin, and when sweeps find them."""
 
 import numpy as np
+import pandas as pd
 
 from beltrepro.base.errors import require
 from beltrepro.replication.studies.fall import measure
@@ -10,7 +11,7 @@ from beltrepro.replication.verdicts.ledger import claim
 from beltrepro.replication.verdicts.motions import N_BLOCKS, PERMANENT
 from beltrepro.stats.estimates import absent, bootstrap, difference, share_of, sure
 
-MET_RANGES = ((14, 17), measure.ABOVE, (19.5, 21.5), (21.5, 24))  # of u: below the fall, and above
+MET_RANGES = ((14, 17), (17, 17.5), measure.ABOVE, (19.5, 21.5), (21.5, 24))  # of u
 BIRTH_RATIOS = 0.4, 0.45, 0.5  # friction ratios whose births the text tells
 NEAR = 10.74, 10.76  # range of u in which chaos lasts at some velocities
 _ROUNDING = 1e-6  # of a grid of u
@@ -49,14 +50,16 @@ def disturbance_clears(evidence):
     for key in (places := ((runs, 0.01), (scheme, 0.0))):
         require(key in shares, f"no run of {key[0]} just above the fall with noise {key[1]:g}")
     noisy, stepped = (shares[key] for key in places)
+    same = shares.get((runs, 0.0), absent())  # exact, at the velocities of these two
     return Measurement(
         {
             "small r, exact": exact,
-            "sigma = 0.01 less exact": difference(noisy, exact),
-            "scheme less exact": difference(stepped, exact),
-            "scheme less sigma = 0.01": difference(stepped, noisy),
+            "small r, sigma = 0.01 minus exact": difference(noisy, exact),
+            "small r, scheme minus exact": difference(stepped, exact),
+            "small r, scheme minus sigma = 0.01": difference(stepped, noisy),
         },
-        {"small r, sigma = 0.01": noisy, "small r, scheme": stepped},
+        {"small r, sigma = 0.01": noisy, "small r, scheme": stepped, "small r, sigma = 0": same}
+        | {"small r, sigma = 0.01 minus sigma = 0": difference(noisy, same)},
     )
 
 
@@ -81,10 +84,13 @@ def chaos_ends(evidence):
             further[f"median slips, {words}"] = bootstrap(np.median, [slips])
             further[f"most slips, {words}"] = sure(slips.max())
     arrays = evidence.dataset("survival_long").arrays
-    slow = (arrays["n_blocks"] == N_BLOCKS) & (arrays["belt_velocity"] < 2)
     lasting = (arrays["lifetime"] >= PERMANENT) | ~arrays["settled"].astype(bool)
-    number = share_of(lasting[slow]) if slow.any() else absent()
-    return Measurement(shares, further | {"irregular for 1e6, u below 2": number})
+    for words, low, high in (("u below 2", 0, 2), ("u from 2 to 8.5", 2, 8.5)):
+        velocity = arrays["belt_velocity"]
+        here = (arrays["n_blocks"] == N_BLOCKS) & (velocity >= low) & (velocity < high)
+        number = share_of(lasting[here]) if here.any() else absent()
+        further[f"irregular for 1e6, {words}"] = number
+    return Measurement(shares, further)
 
 
 @claim("contraction")
@@ -130,24 +136,42 @@ def fall_at_birth(evidence):
     """u at which runs begin to end at small r less the birth of an orbit, over friction ratios."""
     data = {name: evidence.dataset(name) for name in evidence.claim.needs}
     births, onsets = measure.birth_lines(data), measure.fall_onsets(data)
-    names = ["friction_ratio", "birth"]
-    births = births[births["slips"] == measure.FIRST]
-    line, linear = births[~births["linear"]], births["scaled"][births["linear"]]
+    line, later = (
+        births[~births["linear"] & (births["slips"] == slips)]
+        .groupby("friction_ratio")["birth"]
+        .min()
+        for slips in (measure.FIRST, measure.SECOND)
+    )
     require(len(line) > 1, f"orbit of {measure.FIRST} slips at {len(line)} friction ratios, not 2")
-    onsets = onsets[onsets["onset"].notna()]
-    inside = onsets[onsets["friction_ratio"].between(*line["friction_ratio"].iloc[[0, -1]])]
-    require(len(inside) > 1, f"onsets at {len(inside)} friction ratios, not 2")
-    birth = np.interp(inside["friction_ratio"], *line[names].to_numpy().T)
-    away = inside["onset"].to_numpy() - birth
+    onsets = onsets.set_index("friction_ratio")["onset"].dropna()
+    first, second = _less_birth(onsets, line), _less_birth(onsets, later)
+    require(len(first) > 1, f"onsets at {len(first)} friction ratios, not 2")
+    linear = births[births["linear"] & (births["slips"] == measure.FIRST)]
+    at_paper = np.isclose(linear["friction_ratio"], measure.PAPER_RATIO)
+    born = measure.births_at_paper(births, measure.SECOND)
+    further = {f"birth at {ratio:g}": absent() for ratio in BIRTH_RATIOS}
+    further |= {f"birth at {ratio:g}": sure(u) for ratio, u in line.items()} | {
+        "birth of 11": next(map(sure, born), absent()),
+        "linear birth": sure(linear["scaled"].median()),
+        "linear birth at 0.45": sure(linear["birth"][at_paper].median()),
+    }
+    both = first.index.intersection(second.index)  # ratios at which both births are known
+    for slips, away in ((measure.FIRST, first), (measure.SECOND, second)):
+        near = share_of(np.abs(away[both]) <= 1) if len(both) else absent()
+        further[f"friction ratios within 1 of {slips}"] = near
     return Measurement(
         {
-            "friction ratios within 1": share_of(np.abs(away) <= 1),
-            "onset less birth": bootstrap(np.median, [away]),
+            "friction ratios within 1": share_of(np.abs(first.to_numpy()) <= 1),
+            "onset less birth": bootstrap(np.median, [first.to_numpy()]),
         },
-        {f"birth at {ratio:g}": absent() for ratio in BIRTH_RATIOS}
-        | {f"birth at {ratio:g}": sure(u) for ratio, u in line[names].itertuples(index=False)}
-        | {"linear birth": sure(linear.median())},
+        further,
     )
+
+
+def _less_birth(onsets: pd.Series, birth: pd.Series) -> pd.Series:
+    """Onsets less the birth of an orbit, by friction ratio, where both are known."""
+    birth = birth.reindex(birth.index.union(onsets.index))
+    return (onsets - birth.interpolate("index", limit_area="inside")).dropna()
 
 
 def _falls(arrays) -> np.ndarray:

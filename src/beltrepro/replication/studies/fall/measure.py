@@ -190,7 +190,7 @@ def ends_irregular(arrays) -> np.ndarray:
 
 # --- the plane of friction ratio and belt velocity ------------------------------------------------
 
-FIRST = 5  # slips of the orbit whose birth is compared with the fall
+FIRST, SECOND = 5, 11  # slips of the orbits whose births are compared with the fall
 _LINEAR = 1e3  # limit of linear springs: from here on no spring gets there
 
 

@@ -207,8 +207,8 @@ def _lifetimes(evidence, near_runs, runs):
     far, everywhere = runs.mean(*places["far"]), runs.mean(*places["belt_velocity"])
     for lifetime in (near, far, everywhere):
         require(np.isfinite(lifetime.value), "longer runs are needed for a lifetime")
-    judged = {"near over far": estimates.ratio(near, far), "tau": everywhere}
-    return Measurement(judged, {"tau near": near, "tau far": far})
+    judged = {"near the fall over far": estimates.ratio(near, far), "mean lifetime": everywhere}
+    return Measurement(judged, {"lifetime near": near, "lifetime far": far})
 
 
 @claim("continuous-slip", SCHEME)
@@ -234,4 +234,4 @@ def continuous_slip_of_exact_runs(evidence):
 
 def _named(ends, slips, duration):
     share = estimates.share_of(slips, ~slips & (duration < LONG))
-    return {f"{name}, u = {ends}": share for name in ("slips on", "usual end")}
+    return {f"{name}, u = {ends}": share for name in ("slips on", "most slip on")}
