@@ -78,6 +78,24 @@ def test_a_viscous_chain_is_told_to_wait_until_it_has_slid_back(chain, duration)
     assert scan(chain, **lengths)["disorder_parameter"] < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("chain", "duration", "transient"),
+    [
+        (ChainParameters(1, 20.0, viscosity=0.3), 27.0, 7.0),  # swings: r = 0.05
+        (ChainParameters(1, 20.0, viscosity=1.0), 25.0, 4.0),  # and sooner stops: r = 0.04
+        (ChainParameters(5, 20.0, viscosity=10.0), 160.0, 54.0),  # creeps: r = 0.02
+    ],
+)
+def test_a_transient_that_ends_before_an_overshoot_does_is_told_of(chain, duration, transient):
+    """The belt has brought the last block to its balance by then, about which it still moves."""
+    assert lines(scan, chain, duration=transient + 0.01, transient=transient)  # one sample
+    (line,) = lines(scan, chain, duration=duration, transient=transient)
+    longer = float(re.search(r"loading is measured too .* transient=(\S+)", line)[1])
+    lengths = {"duration": longer + duration, "transient": longer}
+    assert longer > transient and not lines(scan, chain, **lengths)
+    assert scan(chain, **lengths)["disorder_parameter"] < 4e-3
+
+
 def test_very_slow_chains_get_advice_that_helps_or_hear_that_none_does():
     chain = ChainParameters(1, 1e-3)
     for transient, advice in ((0.0, r"transient=40000 and"), (4e4, r"a longer duration has more")):

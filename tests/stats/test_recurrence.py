@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltrepro.stats.motion import CLOSED, find_recurrence
+from beltrepro.stats.motion import CLOSED, NEAR, find_recurrence
 from samples import henon, logistic, orbit
 
 
@@ -103,3 +103,14 @@ def test_an_orbit_approached_from_alternate_sides_has_its_own_period():
 def test_a_doubled_orbit_keeps_its_period():
     states = np.array([0.0, 1.0, 3.0, 0.0, 1.0, 3.0 + 1e-4])[np.arange(600) % 6][:, None]
     assert find_recurrence(states, np.arange(600.0)).crossings == 6
+
+
+@pytest.mark.parametrize(("offset", "time"), [(1e-3, 9_000), (1e-4, 70_000)])
+def test_beside_a_period_doubling_the_period_is_that_of_its_side(offset, time):
+    """The logistic map doubles at 3: before, states still come nearer to the orbit of period 1."""
+    for rate, period in ((3.0 - offset, 1), (3.0 + offset, 2)):
+        states = orbit(logistic(rate), 0.3, time // 10, skip=time)
+        assert np.abs(states[-1] - states[-2]) > NEAR
+        recurrence = find_recurrence(states, instants(states))
+        assert (recurrence.crossings, recurrence.time) == (period, 2.5 * period)
+        assert recurrence.back == 5.0

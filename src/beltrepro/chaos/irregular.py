@@ -95,7 +95,8 @@ def time_to_orbit(
         (over half a window of at least 1000 time units: no whole periods of slow motion);
         irregular_exponent and irregular_error, the largest Lyapunov exponent over the
         irregular_time, NaN where that is too short; return_state (P, 2N), displacements and
-        relative velocities of the blocks at the last return, NaN padded.
+        relative velocities of the blocks at the last return, NaN padded. The period may be twice
+        that of the orbit just before a period doubling, where `periodic_orbit` tells.
 
     Raises
     ------

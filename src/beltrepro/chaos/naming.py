@@ -198,7 +198,7 @@ def _judged(
         }
         if closed is not None and state == PERIODIC:
             # the motion after the transient may hold irregular motion that came before the orbit
-            row |= moments_of_orbit(end, closed.time, case.tolerance)
+            row |= moments_of_orbit(end, closed.back, case.tolerance)
         rows.append(row)
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 

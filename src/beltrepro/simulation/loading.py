@@ -8,8 +8,8 @@ import numpy as np
 
 from beltrepro.base.errors import warn
 from beltrepro.engine.integrator import Integrator
-from beltrepro.model.energy import slow_unit
-from beltrepro.model.friction import kinetic_friction
+from beltrepro.model.energy import normal_modes, slow_unit
+from beltrepro.model.friction import kinetic_friction, swing_growth
 from beltrepro.model.parameters import LONGEST, ChainParameters
 from beltrepro.model.spring import balance_length, spring_extension
 from beltrepro.observe.length import LengthHistory
@@ -21,6 +21,7 @@ _PERIODS = 10  # of the slowest mode; in fewer a slow motion looks like loading
 _STILL = 1e-6  # r of a viscous chain that only comes nearer to its balance
 _SURELY = 5  # loading times after which nobody looks any more
 _BINS = 10  # at least, however short a run is
+_FOLDINGS = 5  # by which an overshoot shrinks until it is no part of loading
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
 
 
@@ -47,7 +48,8 @@ class LoadingWatch:
         if history.count.any():
             length, matters, whole, _ = beginning(history)
             disorder = whole.deviation / (whole.mean + group.chain.rest_positions[-1])
-            for lane in np.flatnonzero(matters):
+            settles = np.array([case.parameters.viscosity > 0 for case in cases])
+            for lane in np.flatnonzero(matters | settles & _shrinks(history)):
                 if self._may_load(cases[lane], disorder[lane]):
                     needed = self._needed(cases[lane], length[lane])
                     self.noted[group.indices[lane]] = needed, disorder[lane]
@@ -106,7 +108,16 @@ class LoadingWatch:
 def _loading_time(case: Case) -> float:
     """Time that loading takes from where a chain has begun to move."""
     chain = case.parameters
-    return _rise(chain, chain.rest_positions if _age(case) else case.state.positions)
+    begun = chain.rest_positions if _age(case) else case.state.positions
+    return _rise(chain, begun) + (_settling(chain) if chain.viscosity > 0 else 0.0)
+
+
+def _settling(chain: ChainParameters) -> float:
+    """Time in which viscosity brings a chain back from an overshoot, or up to its balance."""
+    slowest = normal_modes(chain)[0][0]
+    damping = max(-swing_growth(chain), slowest / 4)  # what swings on for longer is its motion
+    rate = min(damping, slowest) ** 2 / (damping + math.sqrt(max(damping**2 - slowest**2, 0.0)))
+    return _FOLDINGS / float(rate)
 
 
 def _rise(chain: ChainParameters, begun: np.ndarray) -> float:
@@ -123,6 +134,17 @@ def _rise(chain: ChainParameters, begun: np.ndarray) -> float:
 def _age(case: Case) -> float:
     """How long a chain has moved before its run, in which it has loaded."""
     return case.state.time if case.state.displacements.any() else 0.0
+
+
+def _shrinks(history: LengthHistory) -> np.ndarray:
+    """Whether W runs move less than half as far in the later half of the bins."""
+    kept = history.count > 0
+    low, high = history.low[kept], history.high[kept]
+    middle = (len(low) + 1) // 2
+    halves = slice(middle), slice(middle, None)  # of one bin the later one is empty
+    tops = [high[half].max(axis=0, initial=-np.inf) for half in halves]
+    early, late = tops - np.array([low[half].min(axis=0, initial=np.inf) for half in halves])
+    return late < early / 2
 
 
 class Moments(NamedTuple):

@@ -39,6 +39,7 @@ from beltrepro.simulation.setup import (
 MOST_VALUES = 100_000  # of each chain at the section: they are kept in memory
 LAMINAR_TIME = 200.0  # in units of sqrt(mass / stiffness): 30 periods of one block
 _BY_LAW = f"{LAMINAR_TIME:g} sqrt(mass / stiffness)"
+_BESIDE = 0.05  # share of the crossings outside all bins, from which on they are told
 SETTLE_SHARE = 0.1  # of the duration, over which the final state is measured unless told otherwise
 
 
@@ -71,7 +72,7 @@ def scan(
     section_values : int
         Crossings of the section kept for each chain, at most 100 000.
     section_bins : sequence of B+1, optional
-        Edges of bins of v_N, rising, model velocity: all crossings are counted by bin.
+        Edges of bins of v_N, rising, model velocity: all crossings between them are counted by bin.
     laminar_time : float, optional
         Shortest slip of the last block that counts as a laminar phase, model time; if not given 200
         times sqrt(mass / stiffness) of each chain's heaviest block and softest spring.
@@ -153,6 +154,12 @@ def scan_of(
         low = np.fmin.reduce(results["minimum_length"])  # those of runs that have failed are NaN
         high = np.fmax.reduce(results["maximum_length"])
         warn(f"no chain comes down through section_position: x_N runs from {low:g} to {high:g}")
+    if section_bins is not None:
+        count = results["section_count"]
+        beside = count - results["section_histogram"].sum(axis=1, dtype=int) > _BESIDE * count
+        if beside.any():
+            many = f"{beside.sum()} of {len(count)} chains"
+            warn(f"{many}: of the crossings more than {_BESIDE:.0%} lie outside section_bins")
     return results
 
 

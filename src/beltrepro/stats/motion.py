@@ -97,6 +97,7 @@ def name_motion(
 # other than 1e-5.
 CLOSED = 1e-8
 NEAR = 1e-6  # the same of two states of an orbit that is still approached
+_FAR, _MOVED = 1.1, 1.001  # times the last distance: those before tell how distances shrink
 
 
 class Recurrence(NamedTuple):
@@ -105,6 +106,7 @@ class Recurrence(NamedTuple):
     crossings: int  # crossings of the surface in a period
     time: float  # length of a period, the unit of the times given
     since: int  # index of the first state from which on all states are a period apart
+    back: float  # time after which states come back: two periods, beside a period doubling
 
 
 def find_recurrence(
@@ -135,8 +137,11 @@ def find_recurrence(
         latest = apart[-max(period, crossings) :]
         if len(latest) >= crossings and np.all(latest <= limit):
             least = _least_period(states, period, max(NEAR * size, limit))
-            since = np.flatnonzero(np.append(True, apart > limit))[-1]
-            return Recurrence(least, float(times[-1] - times[-1 - least]), int(since))
+            since = int(np.flatnonzero(np.append(True, apart > limit))[-1])
+            time = float(times[-1] - times[-1 - least])
+            if least % 2 == 0 and not distance and _halves_meet(states, least):
+                return Recurrence(least // 2, time / 2, since, time)
+            return Recurrence(least, time, since, time)
     return None
 
 
@@ -147,3 +152,17 @@ def _least_period(states: np.ndarray, period: int, near: float) -> int:
         if np.abs(states[-period:] - states[-period - part : -part]).max() <= near:
             return part
     return period
+
+
+def _halves_meet(states: np.ndarray, period: int) -> bool:
+    """Whether states half a period apart come nearer to each other, in the end without limit."""
+    apart = np.abs(states[period // 2 :] - states[: -(period // 2)]).max(axis=1)
+    sizes = apart[len(apart) % period :].reshape(-1, period).max(axis=1)  # in each period
+    last = len(sizes) - 1
+    first = max(np.flatnonzero(sizes > _FAR * sizes[last]), default=0)
+    if last - first < 2 or sizes[first] < _MOVED * sizes[last]:
+        return False
+    # beside a period doubling a size s loses the share d + c s^2 of it in a period: is d > 0?
+    places = np.array([first, (first + last) // 2, last])
+    early, late = -np.diff(np.log(sizes[places])) / np.diff(places)
+    return bool(late * sizes[first] > early * sizes[last] > 0)
