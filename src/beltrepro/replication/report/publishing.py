@@ -7,6 +7,7 @@ import json
 import math
 import shutil
 import sys
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -54,19 +55,22 @@ def publish(results: Path, place: Path = PLACE) -> Path:
 def set_article(run: Path) -> bytes:
     """The article as PDF/UA (tagged for screen readers): article.typ reads the tables of the run.
 
-    It is told the words of numbers; a sentence that the run does not bear out stops it.
+    It is told the words of numbers and the captions of the report; a sentence that the run does not
+    bear out stops it.
     """
     results = read(run)
     findings.check(results)
+    about = io.said(run / "claims.csv")
     content = {
         "run": f"/{run.absolute().relative_to(Path.cwd())}",
-        "version": io.said(run / "claims.csv").get("code_version", "1.0"),
+        "simulated": _by_version(about["sources"]),
+        "judged": about["code_version"],
         "kinds": {result.id: result.claim.kind for result in results.values()},
         "numbers": dict(_numbers(results)),
         "fall": [one.parts for one in findings.findings_of(results, findings.WHY)],
         "columns": findings.words()["columns"],
         "measured": list(findings.printed_and_measured(results)),
-        "alt": {name: figure.alt for name, figure in registry.figures().items()},
+        "figures": {name: vars(figure) for name, figure in registry.figures().items()},
     }
     try:
         return typst.compile(
@@ -78,6 +82,14 @@ def set_article(run: Path) -> bytes:
         )
     except typst.TypstError as error:
         raise InputError(f"{ARTICLE}: {error}") from None
+
+
+def _by_version(sources: dict[str, dict[str, str]]) -> list[tuple[str, list[str]]]:
+    """Versions of the code, each with the datasets that it simulated; that of most first."""
+    datasets = defaultdict(list)
+    for name, source in sources.items():
+        datasets[source["code_version"]].append(name)
+    return sorted(datasets.items(), key=lambda made: -len(made[1]))
 
 
 def _numbers(results: Results) -> Iterator[tuple[str, str]]:
