@@ -16,6 +16,7 @@ import naive
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.studies.noise.figures import _without_crumbs
+from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import spectra, states
 from beltrepro.stats.densities import density
 from figure_data import SCANS, SCATTER, U, dataset
@@ -38,9 +39,9 @@ def column(name, n, u):
     return SCANS[name][2], np.array([made.r(name, n, u, s) for s in SCANS[name][2]])
 
 
-def mean(x, r):
-    """Mean over the replicates, where `r` is their median."""
-    return x, r + SCATTER.mean()
+def mean(x, r, above=-1.0):
+    """Mean over the replicates, where `r` is their median, at places beyond one."""
+    return x[x > above], r[x > above] + SCATTER.mean()
 
 
 def runs(x, r):
@@ -77,7 +78,11 @@ def test_fig06_is_the_force_of_the_spring():
     force = [naive.spring_force(length) for length in x]
     ideal = (x, -x, r"ideal spring, $-\Delta l$")
     panel.draws(
-        r"$\Delta l$", "$F_e$", ideal, (x, force, "spring of the model"), ([-20, 20], [20, -20])
+        r"$\Delta l$ (model length)",
+        "$F_e$ (model force)",
+        ideal,
+        (x, force, "spring of the model"),
+        ([-20, 20], [20, -20]),
     )
     assert (x.min(), x.max()) == (-36, 100) and panel.spans == [("x", -20, 20)]
 
@@ -90,8 +95,8 @@ def test_fig07_is_the_friction_of_one_event_of_the_last_block():
     external = np.array([naive.spring_force(dx - 55, 18, 0.21, 0.012) for dx in gap])
     stuck, slips = (time > 5) & (time < 9), (time > 9) & (time < 14)
     panel.draws(
-        "$F_{ex}$",
-        "$F_f$",
+        "$F_{ex}$ (model force)",
+        "$F_f$ (model force)",
         (external[stuck], friction[stuck], "stuck: $F_f = -F_{ex}$"),
         (external[slips], friction[slips], "slipping: $F_f = f_s F_{st}$"),
     )
@@ -262,20 +267,18 @@ def test_fig12_is_the_density_and_r_without_noise_with_exact_runs_and_other_star
 def test_fig13_is_the_mean_of_runs_at_neighbouring_velocities():
     panel, falls = shown("fig13")
     curves = [(*together("n5_density", 5, s), rf"$\sigma = {s:g}$") for s in made.LEVELS]
-    panel.draws("", "$r$", *curves)
+    panel.draws("$u$", "$r$", *curves)
     for place, low, high in map(drawn.corners, panel.axes.collections):
         assert np.all((high - low > 1e-6) == (place < 40))
-    assert bars(falls) == [(17, 19), (16.5, 16.5), (18, 19.2), (19, 19)]
+    assert bars(falls) == [(17, 19), (18, 19.2)]
+    diamonds = [line for line in falls.axes.lines if line.get_marker() == "D"]
+    assert [line.get_xdata() for line in diamonds] == [[16.5], [19]]
+    assert falls.texts == ["16.5", "19"]
 
 
 def bars(panel):
-    """Ends of the bars and strokes that can be seen."""
-    stroke = (0.0, 0.0, 0.0, 1.0)
-    seen = [
-        one
-        for one in panel.axes.patches
-        if one.get_width() or (one.get_linewidth() and one.get_edgecolor() == stroke)
-    ]
+    """Ends of the bars that can be seen."""
+    seen = [one for one in panel.axes.patches if one.get_width()]
     ends = [(one.get_x(), one.get_x() + one.get_width()) for one in seen]
     return [pytest.approx(pair) for pair in ends if np.isfinite(pair).all()]
 
@@ -299,8 +302,11 @@ def test_fig14_is_a_strip_for_each_noise_and_the_column_at_u_7():
 )
 def test_fig15_and_fig21_are_means_over_bands_of_runs(figure, name, places):
     (panel,) = shown(figure)
-    curves = [mean(*column(name, *place)) for place in places]
-    panel.draws(r"$\sigma$", "$r$", *curves)
+    columns = [column(name, *place) for place in places]
+    panel.draws(r"$\sigma$", "$r$", *(mean(*one, above=0) for one in columns))
+    rings = [one.get_offsets() for one in panel.axes.collections if len(one.get_offsets()) == 3]
+    quiet = [[(x, y) for x, y in zip(*runs(*one), strict=True) if x == 0] for one in columns]
+    np.testing.assert_allclose(rings, quiet)
     assert ("$N = 5$: $u$ within its fall" in panel.texts) == (figure == "fig21")
 
 
@@ -312,7 +318,9 @@ def test_fig19_is_means_of_runs_at_sigma_1_over_the_printed_regions():
         for n in SCANS[name][0]
     ]
     panel.draws("", "$r$", *curves)
-    assert bars(falls) == [(18, 19.2), (15, 18), (23, 32), (27, 40)]
+    ends = Cut.of(dataset("n5_replicates"), n_blocks=5, noise=1.0).fall
+    reach = ends["lower"].low, ends["upper"].high
+    assert bars(falls) == [reach, (18, 19.2), (15, 18), (23, 32), (27, 40)]
 
 
 def test_fig17_is_the_density_of_the_crossings_at_four_noises():
@@ -339,7 +347,7 @@ def test_fig22_is_a_density_for_each_number_of_blocks_and_noise():
         for s in (0.0, 1.0, 5.0):
             panel = next(panels)
             is_density(panel, "size_density", n, s)
-            assert f"$N = {n}$" in panel.texts
+            assert panel.ylabel == (f"$N = {n}$\n$v_N$" if s == 0 else "")
             irregular = dataset("motions").query(f"n_blocks == {n}")["chaotic"] / 3
             heights = np.array([patch.get_height() for patch in panel.axes.patches])
             assert list(heights / 0.09) == pytest.approx([1, 1, 1, *irregular] if s == 0 else [])
@@ -354,8 +362,9 @@ def test_fig18_is_the_map_of_r_with_the_range_of_intermittency_and_the_shares():
     expected = np.array([[made.r("n5_map", 5, u, s) for u in U] for s in noises])
     np.testing.assert_allclose(image.values, expected + SCATTER.mean())
     assert (image.scale, image.label, image.limits[0]) == ("linear", "$r$", 0)
-    (contour,) = [one for one in above.axes.collections if isinstance(one, QuadContourSet)]
-    assert list(contour.levels) == [pytest.approx(1 / 3)]
+    contours = [one for one in above.axes.collections if isinstance(one, QuadContourSet)]
+    assert [one.levels[0] for one in contours] == [pytest.approx(1 / 3)] * 2
+    assert [one.filled for one in contours] == [True, False]
     mixed = np.zeros((9, 20))
     mixed[:, 12:] = mixed[[2, 2, 4, 4], [4, 6, 4, 6]] = 1  # the point among four has four of nine
     assert np.argwhere(_without_crumbs(mixed) > 1 / 3)[:, 1].min() == 12

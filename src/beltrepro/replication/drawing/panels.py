@@ -166,12 +166,6 @@ def heading(figure, about, names=("n_blocks", "belt_velocity", "noise")):
     figure.suptitle(", ".join(artists.valued(name, about[name]) for name in names), color="0.35")
 
 
-def corner(axes, text):
-    """What a diagram is of, in its lower right corner, legible over what lies below."""
-    look = {"bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.8}, "ha": "right"}
-    axes.text(0.98, 0.15, text, transform=axes.transAxes, **look)
-
-
 def note(axes, text, *, place=(0.5, 0.5), width=24):
     """A remark in the middle of a panel, or at `place` in its coordinates; `width` in letters."""
     look = {"ha": "center", "va": "center", "style": "italic", "color": "0.25", "zorder": 9}
@@ -201,9 +195,10 @@ SQUARES = style.BLUE, style.ORANGE
 
 
 def squares(figure, *words):
-    """Squares of two colours with their words, above a figure."""
-    handles = [Patch(color=one, label=label) for one, label in zip(SQUARES, words, strict=True)]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2, handlelength=0.8)
+    """Squares of two colours, and perhaps an empty one, with their words, above a figure."""
+    colours = zip((*SQUARES, "none"), words, strict=False)
+    handles = [Patch(facecolor=one, label=label) for one, label in colours]
+    figure.legend(handles=handles, loc="outside upper center", ncols=3, handlelength=0.8)
 
 
 # --- ranges, enlarged parts, spectra --------------------------------------------------------------
@@ -274,8 +269,8 @@ def beside(axes, place, height, words, *, left=False, **look):
 
 def printed_range(axes, low, high, words, *, left=False):
     """A black strip over what the paper prints as a range of u, with words beside it."""
-    axes.axvspan(low, high, 0.87, 0.9, color=style.BLACK, linewidth=0)
-    beside(axes, low if left else high, 0.885, words, left=left)
+    axes.axvspan(low, high, 0.92, 0.95, color=style.BLACK, linewidth=0)
+    beside(axes, low if left else high, 0.935, words, left=left)
 
 
 # --- curves and diagrams --------------------------------------------------------------------------
@@ -352,23 +347,33 @@ def independent_falls(table, column, value):
     return table[independent & table["critical"].notna()]
 
 
-def falls(axes, rows, column, colour_of, printed):
-    """Falls of r from 90 to 10 % and their middles by a column, and, black, those printed."""
+def falls(axes, rows, column, colour_of, printed, reach=()):
+    """Falls of r from 90 to 10 % and their middles by a column, and, black, those printed.
+
+    reach : pairs of a level and the outer ends of the intervals of its fall.
+    """
+    reach = dict(reach)
     levels = sorted({*rows[column], *printed})
     for place, level in enumerate(levels):
         look = {"color": colour_of(level), "fmt": "o", "markersize": 2.5, "elinewidth": 0.9}
+        low, high = reach.get(level, (np.nan, np.nan))
+        axes.barh(place, high - low, _ROW, low, color=look["color"], alpha=0.35)
         for row in rows[rows[column] == level].itertuples():
             axes.barh(place, row.upper - row.lower, _ROW, row.lower, color=look["color"])
-            reach = np.nan_to_num([[row.critical - row.low], [row.high - row.critical]])
-            axes.errorbar(row.critical, place + _ROW, xerr=reach, **look)
+            bar = np.nan_to_num([[row.critical - row.low], [row.high - row.critical]])
+            axes.errorbar(row.critical, place + _ROW, xerr=bar, **look)
         low, high = np.broadcast_to(printed.get(level, np.nan), 2)
-        paper = dict.fromkeys(("facecolor", "edgecolor"), style.BLACK)
-        paper["linewidth"] = 1.4 * (low == high)  # a printed middle is a stroke
-        axes.barh(place + 2 * _ROW, high - low, _ROW, low, **paper)
+        axes.barh(place + 2 * _ROW, high - low, _ROW, low, color=style.BLACK)
+        if low == high:  # a printed middle
+            look = {"color": style.BLACK, "markerfacecolor": "none", "markersize": 4}
+            axes.plot(low, place + 2 * _ROW, "D", **look)
+            look = {"textcoords": "offset points", "va": "center", "ha": "right"}
+            axes.annotate(f"{low:g}", (low, place + 2 * _ROW), (-5, 0), **look)
     axes.set_yticks(np.arange(len(levels)) + _ROW, [f"{level:g}" for level in levels])
     axes.set(xlabel=BELT_VELOCITY, ylim=(len(levels) - _ROW, -2 * _ROW))
     axes.tick_params(axis="y", length=0)
-    remark(axes, "bar: fall of $r$, dot: $u_c$, black: paper")
+    words = " (pale: 95 %),\n" if reach else ", "
+    remark(axes, f"bar: most runs go over{words}dot: $u_c$, black: paper")
 
 
 def diagrams(scan, places, *, bar="bottom"):
@@ -393,6 +398,7 @@ def diagrams(scan, places, *, bar="bottom"):
     for axes, *_ in maps:
         lowest = min(up[np.argmax(np.any(density > 0, axis=1))] for _, _, up, density in maps)
         axes.set_ylim(lowest, 0)
+        axes.set_axisbelow(False)
 
 
 def densities(maps, axes, words, *, rare=None, **bar):
@@ -451,11 +457,16 @@ def draw_runs(axes, abscissa, values, index, *, label=None, apart=ONE_BRANCH, **
 def against_noise(axes, scan, places, *, ncols=3):
     """r against noise from columns of a scan: the mean of all runs over a band of 10 to 90 %.
 
+    Without noise each run has a mark, since they end on several attractors.
+
     places : dict, look and label by (n_blocks, belt_velocity).
     """
     for (n_blocks, velocity), look in places.items():
         column = sections.cut(scan, n_blocks=n_blocks, belt_velocity=velocity)
-        band(axes, column["noise"], column["disorder_parameter"], **look)
+        noise, disorder = column["noise"], column["disorder_parameter"]
+        band(axes, noise[noise > 0], disorder[noise > 0], **look)
+        marks = {"facecolor": "none", "edgecolor": look["color"], "linewidth": 0.6, "zorder": 3}
+        axes.scatter(noise[noise == 0], disorder[noise == 0], 7, clip_on=False, **marks)
     finish_curves(axes, xlabel=NOISE, ncols=ncols, handlelength=2)
     axes.set_xlim(left=0)
 
@@ -495,5 +506,5 @@ def laminar_trace(axes, series, laminar_time, length):
     length = about["duration"] - about["transient"]
     share = np.diff(laminar, axis=1).sum() / length if length else 0.0
     many = "1 laminar phase" if len(laminar) == 1 else f"{len(laminar)} laminar phases"
-    many = f"whole series: {many}, {100 * share:.0f} %"
+    many = f"in all {many}, {100 * share:.0f} %"
     remark(axes, f"$u = {about['belt_velocity']:g}$; {many}")

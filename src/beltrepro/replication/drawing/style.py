@@ -21,6 +21,7 @@ PAPER = {"color": BLACK, "linestyle": "--", "linewidth": 1.0}  # what the paper 
 HERE = {"color": VERMILION, "linewidth": 1.4}  # the same, as found here
 MARKERS = "osD^vXP"
 DASHES = ("-", "--", ":", "-.")
+_LONG_CHAIN = (0, (5, 1, 1, 1, 1, 1))  # dashes from eight blocks on
 
 WIDTH = 8.6 / 2.54  # inches: a column of the paper
 WIDE = 17.8 / 2.54  # both columns
@@ -55,7 +56,8 @@ def colour_of_size(n_blocks) -> str:
 
 def look_of_size(n_blocks) -> dict:
     """Colour, marker and dashes of a number of blocks, in all figures; told apart in grey."""
-    marker, dashes = MARKERS[(n_blocks + n_blocks // 8) % 7], DASHES[(n_blocks - 5) % 4]
+    marker = MARKERS[(n_blocks + n_blocks // 8) % 7]
+    dashes = DASHES[(n_blocks - 5) % 4] if n_blocks < 8 else _LONG_CHAIN
     return {"color": colour_of_size(n_blocks), "marker": marker, "linestyle": dashes}
 
 

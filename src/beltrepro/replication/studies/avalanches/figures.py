@@ -34,7 +34,7 @@ FIGURES = {
 
 SHOWN = 3000.0  # last part of the series that is drawn
 ZOOM = 30.0  # length of the enlarged part, around the fastest slip
-_ROOM = 5000  # factor by which the axis of the spectrum is longer, for the legend
+_ROOM = 100_000  # factor by which the axis of the spectrum is longer, for the legend
 
 
 @panels.draws(FIGURES)
@@ -86,7 +86,7 @@ def _fit(series):
 
 def _law(axes, series):
     """The fitted power law, beside the printed one, over the means that it is fitted to."""
-    look = {"color": style.GREEN, "markersize": 3.5, "markerfacecolor": "none"}
+    look = {"color": style.GREEN, "markersize": 3.5, "markerfacecolor": "none", "label": "means"}
     axes.plot(*(_fit(series)[name] for name in ("places", "means")), "o", **look)
     for numbers, words, look in (
         (_fit(series), "fit: ", {}),
@@ -96,7 +96,7 @@ def _law(axes, series):
         label = rf"{words}${law.prefactor:.2g}\,\nu^{{{law.exponent:.2f}}}$"
         panels.power_law(axes, law, label=label, **look)
     axes.set_ylim(bottom=axes.get_ylim()[0] / _ROOM)
-    _, ours, _ = axes.legend(loc="lower left").get_texts()
+    *_, ours, _ = axes.legend(loc="lower left").get_texts()
     panels.shows(ours, "spectrum-exponent", "exponent")
 
 
@@ -164,6 +164,10 @@ def _densities(axes, below, dataset, what, claim):
     place, slope = measure.local_exponents(fine, LOCAL, LEAST_IN_BIN)
     below.plot(place, slope, color="0.4", linewidth=0.8)
     below.axhline(printed(claim), **style.PAPER)
+    look = {"textcoords": "offset points", "ha": "right"}
+    below.annotate(
+        "paper", (1, printed(claim)), (-2, 2), xycoords=("axes fraction", "data"), **look
+    )
 
 
 def _density(axes, binned, **look):

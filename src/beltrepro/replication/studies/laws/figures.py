@@ -11,6 +11,7 @@ from beltrepro.model.spring import external_force, spring_force
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan import io
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.simulation import artists
 
 FIGURES = {
     "fig06": Figure(uses=(), number="6"),
@@ -46,7 +47,8 @@ def fig06(data):
     axes.text(0, 112, "linear", ha="center", color="0.35")
     axes.text(-31.5, 95, f"$b_1 = {constants.compression_rate:g}$", ha="left", color=style.BLUE)
     axes.text(80, -140, f"$b_2 = {constants.extension_rate:g}$", ha="right", color=style.BLUE)
-    axes.set(xlim=RANGE, ylim=(-155, 130), xlabel=r"$\Delta l$", ylabel=r"$F_e$")
+    axes.set(xlim=RANGE, ylim=(-155, 130), ylabel=artists.label("$F_e$", "force"))
+    axes.set_xlabel(artists.label(r"$\Delta l$", "length"))
     return figure
 
 
@@ -68,11 +70,12 @@ def fig07(data):
     series = data["friction_event"]
     figure = style.page(2.6)
     axes = figure.subplots()
-    axes.set(xlabel="$F_{ex}$", ylabel="$F_f$")
+    axes.set(xlabel=artists.label("$F_{ex}$", "force"), ylabel=artists.label("$F_f$", "force"))
     axes.axhline(0, color="0.85", linewidth=0.7, zorder=0)
     axes.axvline(0, color="0.85", linewidth=0.7, zorder=0)
     with panels.shortage_on(axes):
         _draw_event(axes, _forces(series), io.chain(series))
+        axes.set_ylim(bottom=axes.get_ylim()[0] - 12)  # for the legend, below zero
         axes.legend(loc="lower left", handlelength=2.4)
     return figure
 
@@ -123,6 +126,8 @@ def _draw_event(axes, forces, chain):
     first, last = external[slips][[0, -1]]
     _sudden_change(axes, (first, friction[stuck][-1]), (first, kinetic))
     _sudden_change(axes, (last, kinetic), (last, -last))
+    axes.scatter(last, -last, 16, color=style.BLUE, zorder=5)
+    axes.annotate("sticks\nagain", (last, -last), (-8, -9), textcoords="offset points", ha="right")
     axes.plot([], [], "--", color=style.GREY, linewidth=1.6, label="sudden change")
     axes.margins(0.08)
     axes.autoscale_view()

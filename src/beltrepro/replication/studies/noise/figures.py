@@ -30,23 +30,29 @@ FIGURES = {
 # --- Fig. 13: the fall of r at several noise levels -----------------------------------------------
 
 NO_BANDS = 40.0  # beyond this u bands of all noises would cover each other
+FALLS = 14, 34  # u between which r falls
 
 
 @panels.draws(FIGURES)
 def fig13(data):
     """a: r(u) of five blocks for each noise, means over bands of runs; b: where it falls."""
     scan = data["n5_density"]
-    figure, (axes, below) = panels.page(4.05, "a;b", sharex=True, height_ratios=(2.6, 1))
+    figure, (axes, below) = panels.page(4.05, "a;b", height_ratios=(2.1, 1))
     for noise in panels.levels(scan, "noise"):
         row = sections.cut(scan, n_blocks=N_BLOCKS, noise=noise)
         place = panels.together(row["belt_velocity"])
         look = style.look_of_noise(noise) | {"label": rf"$\sigma = {noise:g}$"}
         panels.band(axes, place, row["disorder_parameter"], shaded=place < NO_BANDS, **look)
-    panels.finish_curves(axes, xlabel="", ncols=5, handlelength=1.4, columnspacing=0.5)
+    panels.finish_curves(
+        axes, xlabel=panels.BELT_VELOCITY, ncols=5, handlelength=1.4, columnspacing=0.5
+    )
+    axes.set_xlim(left=0)
+    look = {"transform": axes.transAxes, "ha": "right", "va": "top"}
+    axes.text(0.99, 0.98, f"no bands from {NO_BANDS:g} on:\nthey would overlap", **look)
     paper = {0.0: printed("u-critical"), 2.2: printed("uc-sigma22")["u_c"]}
     rows = panels.independent_falls(data["critical_velocities"], "n_blocks", N_BLOCKS)
     panels.falls(below, rows, "noise", lambda s: style.look_of_noise(s)["color"], paper)
-    below.set(ylabel=panels.NOISE, xlim=(0, None))
+    below.set(ylabel=panels.NOISE, xlim=FALLS, xticks=range(15, 31, 5))
     return figure
 
 
@@ -102,6 +108,7 @@ def _column(axes, scan):
 # --- Fig. 15: r rises with noise ------------------------------------------------------------------
 
 GUIDE = 5.0  # a line at this sigma, only to guide the eye
+LINE = 0.006  # height of a line of words, in r
 
 
 @panels.draws(FIGURES)
@@ -112,11 +119,19 @@ def fig15(data):
     axes = figure.subplots()
     places, shades = {}, style.shades(velocities.size)
     for index, u in enumerate(velocities):
-        look = {"color": shades[index], "marker": style.MARKERS[index % 7], "label": f"$u = {u:g}$"}
+        look = {"color": shades[index], "marker": style.MARKERS[index % 7]}
         places[N_BLOCKS, u] = look | {"shaded": index % 2 == 0}  # all bands are a fog
     panels.against_noise(axes, data["n5_columns"], places)
+    height, ends = np.inf, zip(axes.lines, velocities, shades, strict=False)
+    for line, u, shade in sorted(ends, key=lambda one: -one[0].get_ydata()[-1]):
+        place, end = line.get_xydata()[-1]
+        height = min(end, height - LINE)
+        axes.text(place + 0.15, height, f"$u = {u:g}$", color=shade, va="center")
+        axes.set_xlim(right=1.17 * place)
     axes.axvline(GUIDE, color=style.GREY, linewidth=1.0, linestyle="--", zorder=0)
     panels.beside(axes, GUIDE, 0.04, "guide to the eye")
+    look = {"transform": axes.transAxes, "va": "top"}
+    axes.text(0.03, 0.97, "without noise:\nsingle runs on\nseveral attractors", **look)
     return figure
 
 
@@ -136,6 +151,8 @@ def fig16(data):
         series = data[name]
         panels.laminar_trace(axes, series, laminar_time, SHOWN)
         axes.locator_params(axis="x", nbins=5)
+        if name == "u17":
+            panels.remark(axes, f"paper's {axes.get_title('right')}")
         panels.spectrum(spectrum, series)
         velocity = series.attributes["belt_velocity"]
         panels.remark(spectrum, f"$u = {velocity:g}$")
@@ -171,7 +188,7 @@ def fig17(data):
         _marks(axes, sections.cut(scan, **_row(noise)))
         axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY, xticks=range(10, 51, 10))
         axes.label_outer()
-    panels.squares(figure, "last block never sticks", "last block sticks now and then")
+    panels.squares(figure, "never sticks", "sticks now and then", "no strip: stick-slip")
     return figure
 
 
@@ -214,11 +231,15 @@ def fig18(data):
         figure.colorbar(image, ax=above, pad=0.01, label=panels.DISORDER)
         if min(mixed.shape) > 1:
             around = _without_crumbs(mixed.to_numpy())
-            look = {"colors": "white", "linewidths": 2.0, "linestyles": ":"}
-            above.contour(mixed.columns, mixed.index, around, levels=[_MANY], **look)
+            region = mixed.columns, mixed.index, around
+            above.contourf(*region, levels=[_MANY, 2], colors="none", hatches=["///"])
+            border = above.contour(*region, levels=[_MANY], colors="white", linewidths=1.0)
+            border.set_path_effects([withStroke(linewidth=2.4, foreground="black")])
             panels.note(above, "intermittent", place=(0.75, 0.75))
             lowest = mixed.columns[around[0] > _MANY]
             if lowest.size:
+                look = {"color": style.VERMILION, "markersize": 3.5, "clip_on": False}
+                above.plot(lowest, np.full(lowest.size, place[1][0]), "^", **look)
                 look = {"color": "white", "arrowprops": {"arrowstyle": "->", "color": "white"}}
                 place, words = (lowest[0] - 5, 1), "reaches $\\sigma = 0$\n(paper: not)"
                 above.annotate(words, (lowest[0], 0), place, ha="right", **look)
@@ -248,7 +269,11 @@ def _falls(axes, table):
     names = map("u_c({:g})".format, rows["noise"])
     panels.shows(bars, "uc-of-sigma", *names, variant="exact dynamics")
     places = printed("u-critical"), printed("uc-sigma22")["u_c"]
-    axes.plot(places, (0.0, 2.2), "|", color=style.BLACK, markersize=9, label="paper", **halo)
+    look = {"color": style.BLACK, "transform": axes.get_xaxis_transform(), "clip_on": False}
+    axes.plot(places, (1.0, 1.0), "v", markersize=4, label="paper", **look)
+    look = {"transform": look["transform"], "va": "bottom"}
+    axes.text(places[0] + 1, 1.025, r"$\sigma = 0$", ha="right", **look)
+    axes.text(places[1] - 1, 1.025, "2.2", **look)
     panels.legend_above(axes, reverse=True)
 
 

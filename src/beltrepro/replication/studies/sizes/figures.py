@@ -5,6 +5,7 @@ from matplotlib import rc_context
 
 from beltrepro.replication.drawing import panels, style
 from beltrepro.replication.plan.registry import Figure
+from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.replication.verdicts.ledger import printed
 from beltrepro.stats import motion, sections
 
@@ -36,9 +37,19 @@ def fig19(data):
     panels.finish_curves(axes, xlabel="", ncols=6, handlelength=2)
     rows = panels.independent_falls(data["critical_velocities"], "noise", NOISE)
     regions = {int(n): ends for n, ends in printed("transition-width").items()}
-    panels.falls(below, rows, "n_blocks", style.colour_of_size, regions)
+    names = zip(rows["n_blocks"], rows["dataset"], strict=True)
+    reach = [(n, _reach(data[name], n)["ends"]) for n, name in names]
+    panels.falls(below, rows, "n_blocks", style.colour_of_size, regions, reach)
     below.set(ylabel="$N$", xlim=(0, None))
     return figure
+
+
+@panels.reduced
+def _reach(scan, n_blocks):
+    """Where the fall of r begins at the earliest, and ends at the latest."""
+    row = Cut.of(scan, n_blocks=n_blocks, noise=NOISE)
+    ends = row.fall["lower"].low, row.fall["upper"].high
+    return {"ends": np.minimum(ends, row.belt_velocity.max())}
 
 
 # --- Fig. 20: ten blocks in their transition region -----------------------------------------------
@@ -95,15 +106,17 @@ def fig21(data):
     """r(sigma) of several N, each at its u: means of runs over a band of 10 to 90 % of them."""
     arrays, figure = data["size_columns"].arrays, style.page(2.9)
     axes = figure.subplots()
+    falls = panels.independent_falls(data["critical_velocities"], "noise", 0).set_index("n_blocks")
     places = {}
     for n, u in sorted(set(zip(arrays["n_blocks"], arrays["belt_velocity"], strict=True))):
         face = "white" if any(size == n for size, _ in places) else None
         look = {"markerfacecolor": face, "label": f"$N = {n}$, $u = {u:g}$"}
         places[n, u] = style.look_of_size(n) | look
-    panels.against_noise(axes, data["size_columns"], places, ncols=2)
-    falls = panels.independent_falls(data["critical_velocities"], "noise", 0).set_index("n_blocks")
-    for line, (n, u) in zip(list(axes.lines), places, strict=False):
         if n in falls.index and falls["lower"][n] < u < falls["upper"][n]:
+            places[n, u] |= {"linewidth": 0.5, "markersize": 1.5}
+    panels.against_noise(axes, data["size_columns"], places, ncols=2)
+    for line, (n, _), look in zip(list(axes.lines), places, places.values(), strict=False):
+        if "linewidth" in look:
             look = {"color": line.get_color(), "textcoords": "offset points", "ha": "right"}
             words = f"$N = {n}$: $u$ within its fall"
             axes.annotate(words, line.get_xydata()[-1], (0, -6), va="top", **look)
@@ -133,8 +146,8 @@ def fig22(data):
     ]
     panels.diagrams(scan, cells)
     for axes, where in cells:
-        panels.corner(axes, f"$N = {where['n_blocks']}$")
-        axes.set(xlabel=panels.BELT_VELOCITY, ylabel=panels.VELOCITY)
+        words = f"$N = {where['n_blocks']}$\n{panels.VELOCITY}"
+        axes.set(xlabel=panels.BELT_VELOCITY, ylabel=words)
         axes.label_outer()
     for axes, noise in zip(grid[0], noises, strict=True):
         axes.set_title(rf"$\sigma = {noise:g}$")

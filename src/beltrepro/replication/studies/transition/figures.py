@@ -93,7 +93,10 @@ def _envelope(axes, curve, end, label):
     """A trace with the end of its transient, here and in the paper."""
     artists.envelope(axes, *curve)
     axes.axvline(end, **style.HERE, label="end here")
-    axes.axvline(printed("u20-transient"), **style.PAPER, label="paper")
+    paper = printed("u20-transient")
+    axes.axvline(paper, **style.PAPER, label="paper")
+    look = {"xycoords": ("data", "axes fraction"), "annotation_clip": True}
+    axes.annotate("\N{BLACK DOWN-POINTING TRIANGLE}", (paper, 1), ha="center", va="center", **look)
     axes.set(xlim=(0, curve[0, -1]), ylabel=label)
 
 
@@ -101,7 +104,7 @@ def _ends(axes, scan, velocity):
     """The share of starts whose last block slips for good, over the time of its last stick."""
     arrays, duration = scan.arrays, float(scan.attributes["duration"])
     at_velocity = np.isclose(arrays["belt_velocity"], velocity)
-    axes.set(xlabel="last stick (time)", ylabel="share of starts", xlim=(0, duration), ylim=(0, 1))
+    axes.set(xlabel="last stick (time)", ylabel="share", xlim=(0, duration), ylim=(0, 1))
     if not at_velocity.any():
         panels.note(axes, "no run at this velocity", width=12)
         return
@@ -117,16 +120,15 @@ def _ends(axes, scan, velocity):
 
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
-BACK = 43.5  # beyond this u runs of large r are many again
+LEVELS = 0.02, 0.13  # of r beyond the fall and before it, in the paper
 OUTLIERS = 20, 22  # between these the paper has three points of large r
-PLAIN = 50  # a shorter range of lifetimes has plain numbers
 
 
 @panels.draws(FIGURES)
 def fig12(data):
     """a: v_N at the section; b: r; c: mean lifetimes. Against u, without noise."""
     figure, (top, disorder, lifetimes) = panels.page(
-        4.05, "a;b;c", sharex=True, height_ratios=(1.6, 1.4, 0.8)
+        4.05, "a;b;c", sharex=True, height_ratios=(1.3, 1.4, 1.1)
     )
     scan, row = data["n5_density"], {"n_blocks": N_BLOCKS, "noise": 0.0}
     panels.diagrams(scan, [(top, row)], bar="top")
@@ -155,12 +157,17 @@ def _disorder(axes, data):
             points = row["belt_velocity"], row["disorder_parameter"]
             axes.plot(*points, **{"marker": ".", "linestyle": "none", "label": label} | look)
     panels.finish_curves(axes, xlabel="", handlelength=0.6, markerscale=1.6)
-    panels.make_room(axes, above=0.2)
-    panels.beside(axes, BACK, 0.45, "large $r$ again:\nnot said in paper", left=True)
+    panels.make_room(axes, above=0.34)
+    axes.set_yticks((0.05, 0.1, *LEVELS))
+    for level in LEVELS:
+        axes.axhline(level, color="0.8", linewidth=0.6, zorder=0)
+    look = {"transform": axes.transAxes, "ha": "right", "va": "center"}
+    axes.text(0.99, 0.73, "large $r$ again (not in the paper)", **look)
     if starts is not None:
         _mark_transition(axes, _fall(starts))
     panels.printed_range(axes, *OUTLIERS, "outliers")
-    panels.printed_range(axes, *PRINTED, "paper: fall", left=True)
+    axes.axvline(printed("u-critical"), **style.PAPER, zorder=0)
+    panels.printed_range(axes, *PRINTED, "paper: fall, $u_c$", left=True)
 
 
 @panels.reduced
@@ -178,12 +185,12 @@ def _mark_transition(axes, fall):
     words = f"here: {lower:.1f} to {upper:.1f}, $u_c$ = {critical:.1f}"
     panels.shows(region, "u-critical", "lower", "upper")
     panels.shows(line, "u-critical", "critical")
-    text = panels.beside(axes, PRINTED[1], 0.78, words, color=style.VERMILION)
+    text = panels.beside(axes, PRINTED[1], 0.83, words, color=style.VERMILION)
     panels.shows(text, "u-critical", "lower", "upper", "critical")
 
 
 def _lifetimes(axes, data):
-    exact = {"label": "irregular, exact", "color": style.BLUE, "marker": "o"}
+    exact = {"label": "time irregular, exact", "color": style.BLUE, "marker": "o"}
     scheme = {"label": "to last stick, scheme", "color": style.VERMILION, "marker": "s"}
     for ends_of, look in (
         (lambda: measure.until_settled(data["survival"], SPREAD), exact),
@@ -196,10 +203,19 @@ def _lifetimes(axes, data):
         panels.note(axes, "no run of the lifetimes lasts")
         return
     axes.set_yscale("log")
-    low, high = axes.get_ylim()
-    if high < PLAIN * low:
-        panels.plain_log(axes.yaxis)
-    panels.printed_range(axes, 0, PRINTED[1], "paper: infinite, then falling")
+    low, high = np.log10(axes.get_ylim())
+    decades = np.arange(np.ceil(low), np.ceil(high))
+    # above the scale, since it is infinite
+    beyond = 10 ** (np.ceil(high) + 0.8)
+    axes.axhline(10 ** np.ceil(high), color=style.BLACK, linewidth=0.6)
+    axes.set_yticks(
+        [*10**decades, beyond], [*(f"$10^{{{one:g}}}$" for one in decades), r"$\infty$"]
+    )
+    axes.minorticks_off()
+    axes.set_ylim(10**low, 10 ** (np.ceil(high) + 1.6))
+    axes.plot((0, PRINTED[1]), (beyond, beyond), "-", color=style.BLACK, linewidth=2)
+    axes.plot((3, 9, 15), (2 * beyond,) * 3, "^", color=style.BLACK, markersize=4)
+    axes.text(PRINTED[1] + 0.5, beyond, "paper, then falling", va="center")
     panels.legend_above(axes)
 
 
