@@ -187,7 +187,7 @@ def test_peaks_at_equal_distances_are_told_from_others(frequencies, spacing):
     assert (found.p < 0.01) == bool(spacing)
     if spacing:
         assert found.spacing_hz == pytest.approx(spacing, abs=0.015)
-        assert len(frequencies) <= found.teeth <= found.multiples == int(8 / spacing)
+        assert len(frequencies) <= found.peaks.sum() <= found.peaks.size == int(8 / spacing)
 
 
 # --- slips of all blocks --------------------------------------------------------------------------

@@ -266,8 +266,7 @@ class Comb(NamedTuple):
     """The spacing of which the multiples stand out most in a spectrum."""
 
     spacing_hz: float
-    teeth: int  # multiples that stand out as those of noise do in one of twenty
-    multiples: int  # up to HIGHEST_HZ
+    peaks: np.ndarray  # of each multiple up to HIGHEST_HZ: does it stand out as 5 % of noise do?
     p: float  # share of series of white noise in which those of some spacing stand out as much
 
     @property
@@ -291,9 +290,9 @@ def comb(values: npt.ArrayLike, interval_s: float) -> Comb:
     heights = _heights(values, interval_s)
     together = _together(heights, most)
     best = np.lexsort((heights.sum(axis=1), together))[-1]  # of several, that of the highest peaks
-    teeth = int(np.count_nonzero(heights[best] > tooth))
+    peaks = heights[best, : _MULTIPLES[best]] > tooth
     p = float(np.sum(by_chance >= together[best]) + 1) / (_NOISES + 1)
-    return Comb(float(_SPACINGS_HZ[best]), teeth, int(_MULTIPLES[best]), p)
+    return Comb(float(_SPACINGS_HZ[best]), peaks, p)
 
 
 def _heights(values: np.ndarray, interval_s: float) -> np.ndarray:

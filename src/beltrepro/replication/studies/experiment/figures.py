@@ -191,16 +191,11 @@ def _mark_comb(axes, values, interval_s):
     """Lines at the multiples of the frequency of which peaks are found; solid where one is."""
     comb = spectra.comb(values, interval_s)
     if comb.found:
-        # not public there, whose code the hash of every dataset holds
-        row = int(np.flatnonzero(comb.spacing_hz == spectra._SPACINGS_HZ)[0])
-        peaks = (
-            spectra._heights(values, interval_s)[row]
-            > spectra._of_noise(values.size, interval_s)[0]
-        )
-        for number, peak in enumerate(peaks[: comb.multiples], 1):
+        for number, peak in enumerate(comb.peaks, 1):
             look = {"color": "0.6" if peak else "0.75", "linestyle": "-" if peak else ":"}
             axes.axvline(number * comb.spacing_hz, 0, 0.66, linewidth=0.5, zorder=0, **look)
-        words = f"{comb.teeth} of {comb.multiples} multiples\nof {comb.spacing_hz:.2f} Hz: peaks"
+        count = f"{comb.peaks.sum()} of {comb.peaks.size} multiples"
+        words = f"{count}\nof {comb.spacing_hz:.2f} Hz: peaks"
         axes.text(0.98, 0.96, words, ha="right", va="top", transform=axes.transAxes)
 
 

@@ -120,7 +120,7 @@ def spectra(evidence, *names):
     fewest = min(len(laminar), len(chaotic))
     require(fewest >= 2, f"{fewest} phases of {STRETCH_S:g} s or more, 2 are needed")
     quiet, lively = (share_of(np.array([s.found for s in kind])) for kind in (laminar, chaotic))
-    teeth = np.array([stretch.teeth / stretch.multiples for stretch in laminar])
+    teeth = np.array([stretch.peaks.mean() for stretch in laminar])
     also = {
         "peaks at equal distances, chaotic": lively,
         "multiples that stand out, laminar": estimates.bootstrap(np.mean, [teeth]),
