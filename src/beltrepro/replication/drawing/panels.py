@@ -372,7 +372,7 @@ def falls(axes, rows, column, colour_of, printed, reach=()):
     axes.set_yticks(np.arange(len(levels)) + _ROW, [f"{level:g}" for level in levels])
     axes.set(xlabel=BELT_VELOCITY, ylim=(len(levels) - _ROW, -2 * _ROW))
     axes.tick_params(axis="y", length=0)
-    words = " (pale: 95 %),\n" if reach else ", "
+    words = " (pale: its 95 % interval),\n" if reach else ", "
     remark(axes, f"bar: most runs go over{words}dot: $u_c$, black: paper")
 
 

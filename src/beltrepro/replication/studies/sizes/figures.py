@@ -41,6 +41,9 @@ def fig19(data):
     reach = [(n, _reach(data[name], n)["ends"]) for n, name in names]
     panels.falls(below, rows, "n_blocks", style.colour_of_size, regions, reach)
     below.set(ylabel="$N$", xlim=(0, None))
+    axes.text(0.97, 0.95, rf"$\sigma = {NOISE:g}$", ha="right", va="top", transform=axes.transAxes)
+    words = "width\npaper: grows with $N$\nhere: undecided"
+    below.text(0.02, 0.06, words, transform=below.transAxes)
     return figure
 
 

@@ -162,7 +162,7 @@ def _disorder(axes, data):
     for level in LEVELS:
         axes.axhline(level, color="0.8", linewidth=0.6, zorder=0)
     look = {"transform": axes.transAxes, "ha": "right", "va": "center"}
-    axes.text(0.99, 0.73, "large $r$ again (not in the paper)", **look)
+    axes.text(0.99, 0.66, "not in the paper: large $r$ again", **look)
     if starts is not None:
         _mark_transition(axes, _fall(starts))
     panels.printed_range(axes, *OUTLIERS, "outliers")
@@ -214,8 +214,7 @@ def _lifetimes(axes, data):
     axes.minorticks_off()
     axes.set_ylim(10**low, 10 ** (np.ceil(high) + 1.6))
     axes.plot((0, PRINTED[1]), (beyond, beyond), "-", color=style.BLACK, linewidth=2)
-    axes.plot((3, 9, 15), (2 * beyond,) * 3, "^", color=style.BLACK, markersize=4)
-    axes.text(PRINTED[1] + 0.5, beyond, "paper, then falling", va="center")
+    axes.text(PRINTED[1] + 0.5, beyond, "paper; it falls beyond", va="center")
     panels.legend_above(axes)
 
 
