@@ -108,6 +108,8 @@ def block(folder: Path) -> str:
     results = read(folder)
     words, counts = findings.words(), count(results)
     texts = [one.text for one in findings.findings_of(results) if not one.unmet]
+    about = io.said(folder / "claims.csv")
+    versions = ", ".join(version for version, _ in _by_version(about["sources"]))
     lines = [
         words["ways"],
         "",
@@ -124,7 +126,7 @@ def block(folder: Path) -> str:
         f"The paper makes {len(statements(results))} statements that could come out otherwise. "
         f"{'; '.join(_counted(one, counts[one]) for one in QUESTIONS)}. "
         f"All of them: [report]({folder}/report.html) (download it), "
-        f"[article]({folder}/article.pdf).",
+        f"[article]({folder}/article.pdf), by one run of `make paper`, simulated by {versions}.",
     ]
     return "\n".join([*lines, ""])
 

@@ -241,7 +241,7 @@ def fig18(data):
                 look = {"color": style.VERMILION, "markersize": 3.5, "clip_on": False}
                 above.plot(lowest, np.full(lowest.size, place[1][0]), "^", **look)
                 look = {"color": "white", "arrowprops": {"arrowstyle": "->", "color": "white"}}
-                place, words = (lowest[0] - 5, 1), "intermittent, too\n(paper: not)"
+                place, words = (lowest[0] - 5, 1), "in these runs, too\n(paper: not)"
                 above.annotate(words, (lowest[0], 0), place, ha="right", **look)
         _falls(above, data["critical_velocities"])
     else:
