@@ -154,6 +154,10 @@ def test_a_section_is_of_the_last_block_where_it_slips():
         found.plot(density=True, color="grey")
     with pytest.raises(InputError, match="at none the last block slips"):
         found[:0].plot()
+    line = found.copy()
+    line["position"] = 314.3 * (1 + 1e-16 * np.arange(len(line)))  # as at the section of this block
+    with pytest.raises(InputError, match=r"density = True: x_N is 314.3 at all points.*draw the"):
+        line.plot(density=True)
     with pytest.warns(UserWarning, match="repeat another bit by bit"):
         twice = section(catalogue([CHAINS[1]] * 2, **LENGTHS))
     again, half = twice["repeated"], len(twice) // 2

@@ -28,6 +28,7 @@ _SIZES = {
 }
 _COMPARED = (*QUANTITIES, "way", "method", "time_step", "tolerance")
 _MOST_LABELS = 8
+_ROUNDING = 1e-9  # spread of a coordinate over its size, as rounding alone makes it
 _BINS = 120, 400  # of v_N, by how many crossings there are
 _MARKERS = {"periodic": "o", "irregular": "x", "equilibrium slip": "s"}
 _AREA = 60.0  # of the mark of an attractor that all starts reach, points squared
@@ -182,6 +183,10 @@ def plane(ax: Axes, points: Any, as_density: bool, bar: bool, look: Look) -> Axe
     at = points["position"], points["relative_velocity"]
     if as_density:
         _refuse_colour(look)
+        for name, values in zip(("x_N", "v_N - u"), at, strict=True):
+            if np.ptp(values) <= _ROUNDING * np.abs(values).max():
+                line = f"{name} is {values[0]:g} at all points: their density has no area"
+                raise InputError(f"density = True: {line}; draw the points")
         mesh = artists.plane(ax, *at, **look)
         if bar:
             artists.colour_bar([mesh], ax, label("density", "1/(length × velocity)"))
