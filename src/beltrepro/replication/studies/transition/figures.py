@@ -214,7 +214,7 @@ def _lifetimes(axes, data):
     axes.minorticks_off()
     axes.set_ylim(10**low, 10 ** (np.ceil(high) + 1.6))
     axes.plot((0, PRINTED[1]), (beyond, beyond), "-", color=style.BLACK, linewidth=2)
-    axes.text(PRINTED[1] + 0.5, beyond, "paper; it falls beyond", va="center")
+    axes.text(PRINTED[1] + 0.5, beyond, "paper: grows towards $u = 18$", va="center")
     panels.legend_above(axes)
 
 
