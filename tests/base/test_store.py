@@ -114,14 +114,15 @@ def test_an_archive_without_git_names_its_commit_and_changes_to_it(
 ):
     (tmp_path / provenance.COMMIT_FILE).write_text(text)
     assert version_of() == (f"1.2+g{commit[:12]}" if commit else "1.2")
-    edited = provenance.ROOT / "a.py"
-    (provenance.ROOT / "__pycache__").mkdir()
-    for path in (provenance.ROOT / "__pycache__" / "a.pyc", edited):
+    edited = provenance.ROOT / "a.py", tmp_path / "workflow" / "scripts" / "a.py"
+    for path in (provenance.ROOT / "__pycache__" / "a.pyc", *edited):
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
         later = path.stat().st_mtime + 3600
         os.utime(path, (later, later))
-        mark = ".dirty" if path == edited else ""
+        mark = ".dirty" if path in edited else ""
         assert version_of() == (f"1.2+g{commit[:12]}{mark}" if commit else "1.2")
+        path.unlink()
 
 
 # What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.

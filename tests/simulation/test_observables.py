@@ -101,6 +101,9 @@ def test_the_spectrum_of_a_run_is_that_of_its_last_block_after_the_transient(run
     given = spectrum(values, sample_interval=0.1)
     np.testing.assert_allclose(alone.power, given.power, rtol=1e-9)
     assert 0.0039 < alone.frequency[0] < 0.0041
+    later = simulate(CHAINS[1], initial_state=runs[1].final_state, duration=200, transient=50)
+    kept = spectrum(later.positions[later.time >= 450, 4], sample_interval=0.1)
+    np.testing.assert_allclose(spectrum(later).power, kept.power, rtol=1e-9)
     both = spectrum([runs[0], runs[1]])
     np.testing.assert_allclose(both.power, (alone.power + spectrum(runs[1]).power) / 2)
     assert not alone.plot().get_legend()
