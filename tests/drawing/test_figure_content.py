@@ -16,6 +16,7 @@ import naive
 from beltrepro.replication.drawing import style
 from beltrepro.replication.studies.avalanches import measure
 from beltrepro.replication.studies.noise.figures import _without_crumbs
+from beltrepro.replication.studies.sizes.figures import _trend
 from beltrepro.replication.verdicts.evidence import Cut
 from beltrepro.stats import spectra, states
 from beltrepro.stats.densities import density
@@ -321,6 +322,8 @@ def test_fig19_is_means_of_runs_at_sigma_1_over_the_printed_regions():
     ends = Cut.of(dataset("n5_replicates"), n_blocks=5, noise=1.0).fall
     reach = ends["lower"].low, ends["upper"].high
     assert bars(falls) == [reach, (18, 19.2), (15, 18), (23, 32), (27, 40)]
+    for last, words in (((2.0, 5.0), "undecided"), ((3.1, 5.0), "grows"), ((0.5, 0.9), "shrinks")):
+        assert _trend([(1.0, 3.0), last]) == words
 
 
 def test_fig17_is_the_density_of_the_crossings_at_four_noises():

@@ -281,8 +281,10 @@ def test_where_chaos_ends(wide, near, verdict):
     slow = settled([2e6, 5e5, 2.5e6, 5e5], u=[0.5, 0.75, 1, 2], duration=2.5e6)
     runs = {"chaos_ends": made, "chaos_ends_near": close, "survival_long": slow}
     assert grades("chaos-ends", **runs)[""] == verdict
-    slow = measured("chaos-ends", **runs).numbers["irregular for 1e6, u below 2"]
-    assert (slow.value, slow.runs) == (2 / 3, 3)
+    numbers = measured("chaos-ends", **runs).numbers
+    for words, expected in (("u below 2", (2 / 3, 3)), ("u from 2 to 8.5", (0, 1))):
+        slow = numbers[f"irregular for 1e6, {words}"]
+        assert (slow.value, slow.runs) == expected
 
 
 @pytest.mark.parametrize(
@@ -299,6 +301,8 @@ def test_what_clears_orbits_of_large_r(shares, verdict):
     fine = figure_data.disturbances({0.0: exact}).arrays
     made["fall_orbits"] = data(fine | {"state": np.full(fine["replicate"].size, "periodic")})
     assert grades("disturbance-clears", **made)[""] == verdict
+    more = measured("disturbance-clears", **made).numbers["small r, sigma = 0.01 minus sigma = 0"]
+    assert more.value == pytest.approx(noisy - exact)
     table = measure.disturbance_shares(made)
     assert table["share"].tolist() == pytest.approx([exact, 0.4, noisy, stepped])
     assert (table["runs"] == 8 * 10).all()

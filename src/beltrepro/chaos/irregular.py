@@ -96,7 +96,10 @@ def time_to_orbit(
         irregular_exponent and irregular_error, the largest Lyapunov exponent over the
         irregular_time, NaN where that is too short; return_state (P, 2N), displacements and
         relative velocities of the blocks at the last return, NaN padded. The period may be twice
-        that of the orbit just before a period doubling, where `periodic_orbit` tells.
+        that of the orbit just before a period doubling, where `periodic_orbit` tells. "equilibrium
+        slip" has been followed for a window only: where `sliding_energy` is above m u^2 / 2, or
+        friction falls with velocity, blocks may stick again later. Its numbers in a viscous chain
+        hold what is left of the way to the balance.
 
     Raises
     ------

@@ -38,21 +38,34 @@ def fig19(data):
     rows = panels.independent_falls(data["critical_velocities"], "noise", NOISE)
     regions = {int(n): ends for n, ends in printed("transition-width").items()}
     names = zip(rows["n_blocks"], rows["dataset"], strict=True)
-    reach = [(n, _reach(data[name], n)["ends"]) for n, name in names]
-    panels.falls(below, rows, "n_blocks", style.colour_of_size, regions, reach)
+    reach = {n: _reach(data[name], n) for n, name in names}
+    ends = {n: one["ends"] for n, one in reach.items()}
+    panels.falls(below, rows, "n_blocks", style.colour_of_size, regions, ends)
     below.set(ylabel="$N$", xlim=(0, None))
     axes.text(0.97, 0.95, rf"$\sigma = {NOISE:g}$", ha="right", va="top", transform=axes.transAxes)
-    words = "width\npaper: grows with $N$\nhere: undecided"
+    widths = [reach[n]["width"] for n in sorted(regions) if n in reach]
+    words = f"width\npaper: grows with $N$\nhere: {_trend(widths)}"
     below.text(0.02, 0.06, words, transform=below.transAxes)
     return figure
 
 
+def _trend(widths):
+    """Whether the last of these intervals lies above the first."""
+    if len(widths) < 2 or (widths[0][0] <= widths[-1][1] and widths[-1][0] <= widths[0][1]):
+        return "undecided"
+    return "grows" if widths[-1][0] > widths[0][1] else "shrinks"
+
+
 @panels.reduced
 def _reach(scan, n_blocks):
-    """Where the fall of r begins at the earliest, and ends at the latest."""
+    """Where the fall of r begins at the earliest and ends at the latest; interval of its width."""
     row = Cut.of(scan, n_blocks=n_blocks, noise=NOISE)
     ends = row.fall["lower"].low, row.fall["upper"].high
-    return {"ends": np.minimum(ends, row.belt_velocity.max())}
+    width = row.fall["width"]
+    return {
+        "ends": np.minimum(ends, row.belt_velocity.max()),
+        "width": np.array([width.low, width.high]),
+    }
 
 
 # --- Fig. 20: ten blocks in their transition region -----------------------------------------------

@@ -120,7 +120,7 @@ def _ends(axes, scan, velocity):
 
 SPREAD = 10.0  # of the starts whose irregular motion is timed, as in the claim on lifetimes
 PRINTED = printed("transition-width")["5"]
-LEVELS = 0.02, 0.13  # of r beyond the fall and before it, in the paper
+LEVELS = tuple(printed("r-jump").values())  # of r before the fall and beyond it
 OUTLIERS = 20, 22  # between these the paper has three points of large r
 
 
@@ -214,7 +214,7 @@ def _lifetimes(axes, data):
     axes.minorticks_off()
     axes.set_ylim(10**low, 10 ** (np.ceil(high) + 1.6))
     axes.plot((0, PRINTED[1]), (beyond, beyond), "-", color=style.BLACK, linewidth=2)
-    axes.text(PRINTED[1] + 0.5, beyond, "paper: grows towards $u = 18$", va="center")
+    axes.text(PRINTED[1] + 0.5, beyond, f"paper: grows towards $u = {PRINTED[1]}$", va="center")
     panels.legend_above(axes)
 
 
