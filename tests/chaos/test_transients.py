@@ -91,6 +91,33 @@ def test_one_block_and_continuous_slip_are_settled_from_their_start():
     assert np.isnan(one["irregular_exponent"][0])
 
 
+# Swings that bring a block to the belt after long: of a chain of much energy, of one whose friction
+# falls fast enough with velocity for large swings alone to grow.
+FAST = ChainParameters(5, 100.0, rest_length=500.0)
+LINEAR = {"rest_length": 500.0, "linear_limit": np.inf}
+GROWING = ChainParameters(1, 50.0, weakening_velocity=1000.0, viscosity=0.02917, **LINEAR)
+SWINGS = [
+    (FAST, slipping_state(FAST, 7500.0, replicate=3)),
+    (GROWING, ChainState.in_motion(GROWING, [500 + 32.13 / 1.05 + 0.02917 * 50], [49.0])),
+]
+
+
+@pytest.mark.parametrize(("chain", "state"), SWINGS)
+def test_slip_of_all_blocks_that_will_end_is_not_settled(chain, state):
+    run = simulate(chain, duration=4000, initial_state=state, sample_interval=None)
+    assert 1000 < run.events["time"][0] < 2000
+    ended = time_to_orbit(chain, duration=4000, initial_state=state)
+    assert ended["state"][0] != "equilibrium slip"
+
+
+def test_modes_tell_whether_friction_that_falls_for_some_blocks_ends_a_swing():
+    law = {"friction_ratio": (0, 0.45), "weakening_velocity": 100.0} | LINEAR
+    for viscosity, state in ((0.12, "equilibrium slip"), (0.05, "periodic")):
+        chain = ChainParameters(2, 50.0, viscosity=viscosity, **law)
+        start = ChainState.in_motion(chain, [550.0, 1080.0], [3.0, -2.0])
+        assert time_to_orbit(chain, duration=8000, initial_state=start)["state"][0] == state
+
+
 DISTURBED = [{"method": "verlet", "time_step": step} for step in (1e-3, 4e-3)]
 
 

@@ -18,8 +18,7 @@ from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import slow_unit
-from beltrepro.model.friction import swing_growth
+from beltrepro.model.energy import slips_for_good, slow_unit, swing_growth
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -96,10 +95,8 @@ def time_to_orbit(
         irregular_exponent and irregular_error, the largest Lyapunov exponent over the
         irregular_time, NaN where that is too short; return_state (P, 2N), displacements and
         relative velocities of the blocks at the last return, NaN padded. The period may be twice
-        that of the orbit just before a period doubling, where `periodic_orbit` tells. "equilibrium
-        slip" has been followed for a window only: where `sliding_energy` is above m u^2 / 2, or
-        friction falls with velocity, blocks may stick again later. Its numbers in a viscous chain
-        hold what is left of the way to the balance.
+        that of the orbit just before a period doubling, where `periodic_orbit` tells. The numbers
+        of a viscous chain in equilibrium slip hold what is left of its way to the balance.
 
     Raises
     ------
@@ -167,7 +164,7 @@ class _Run:
         """Whether its blocks slip too rarely for returns in its last windows."""
         late = self.start + _EARLY * duration
         slips = sum(int(np.sum(times > late)) for times, _ in self.slips)
-        swings = self.case.state.directions.all() and swing_growth(self.case.parameters) > 0
+        swings = self.case.state.directions.all()
         return not self.settled and not swings and slips < _FEWEST * self.case.parameters.n_blocks
 
     def judge(self, log: ReturnLog, lane: int, middle: float, closed: float) -> None:
@@ -194,11 +191,22 @@ class _Run:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         last_event = max(self.last_event, self.start)
-        sliding = slides(self.case.state, last_event, middle) or (closing and not events)
-        if sliding and swing_growth(self.case.parameters) <= 0:
+        if self._slides_for_good(last_event, middle) or (
+            closing and not events and not self.case.parameters.friction_varies
+        ):
             self.motion |= {"state": EQUILIBRIUM, "lifetime": last_event - self.start}
         elif closing and since <= middle:
             self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
+
+    def _slides_for_good(self, last_event: float, middle: float) -> bool:
+        """Whether all blocks have slipped since an instant, and will. Noise may always end it."""
+        state, chain = self.case.state, self.case.parameters
+        for_good = (
+            swing_growth(chain) <= 0
+            if chain.noise
+            else slips_for_good(chain, state.positions, state.velocities)
+        )
+        return for_good and slides(state, last_event, middle)
 
     def _repeats_since(self, period: int, period_time: float) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""

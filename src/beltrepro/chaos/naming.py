@@ -19,8 +19,7 @@ from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import normal_modes
-from beltrepro.model.friction import swing_growth
+from beltrepro.model.energy import normal_modes, swing_growth
 from beltrepro.model.parameters import LONGEST
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
+from beltrepro.model.friction import friction_fall
 from beltrepro.model.parameters import ChainParameters, check_chain
 from beltrepro.model.spring import (
     balance_tension,
@@ -17,6 +18,8 @@ from beltrepro.model.spring import (
     spring_extension,
     spring_stiffness,
 )
+
+_SMALL = 0.01  # velocity of a swing over that of the belt, up to which modes tell how it goes on
 
 
 @names.checked
@@ -47,6 +50,13 @@ def sliding_energy(
         The arrays do not fit the chain, or the positions do not increase.
     """
     positions, velocities = _checked(parameters, positions, velocities)
+    return _swing_energy(parameters, positions, velocities)
+
+
+def _swing_energy(
+    parameters: ChainParameters, positions: np.ndarray, velocities: np.ndarray
+) -> np.ndarray:
+    """H of `sliding_energy`, about the balance at the velocity of the belt."""
     deformations = chain_deformations(positions, parameters)
     energy = excess_energy(deformations, parameters).sum(axis=-1)
     return energy + kinetic_energy(parameters, velocities)
@@ -99,6 +109,35 @@ def normal_modes(parameters: ChainParameters) -> tuple[np.ndarray, np.ndarray]:
     springs = springs / np.sqrt(parameters.by_block("mass"))
     squares, shapes = np.linalg.eigh(springs.T @ (stiffness[:, None] * springs))
     return np.sqrt(squares), shapes
+
+
+def swing_growth(parameters: ChainParameters) -> float:
+    """Rate at which a small swing grows at most while all blocks slip; below 0 it shrinks."""
+    fall = friction_fall(parameters, parameters.belt_velocity)
+    if not parameters.varied:
+        return float(fall[0] / (2 * parameters.mass))
+    frequencies, shapes = normal_modes(parameters)
+    damping = shapes.T @ ((fall / parameters.by_block("mass"))[:, None] * shapes)
+    none, one = np.zeros_like(damping), np.eye(len(damping))
+    rates = np.linalg.eigvals(np.block([[none, one], [-np.diag(frequencies**2), damping]]))
+    return float(rates.real.max())
+
+
+def slips_for_good(
+    parameters: ChainParameters, positions: np.ndarray, velocities: np.ndarray
+) -> bool:
+    """Whether blocks that all slip, at a state (N,), never stick: their swings are too small.
+
+    All the energy H gives one block no more than a velocity, which is to be below that of the belt.
+    H does not grow where friction falls with no speed that is reached. Of small swings the modes
+    tell, also where friction falls for some blocks only.
+    """
+    energy = float(_swing_energy(parameters, positions, velocities))
+    fastest = math.sqrt(2 * max(energy, 0.0) / parameters.by_block("mass").min())
+    slowest = parameters.belt_velocity - fastest  # |v_r| of a block
+    if slowest > 0 and friction_fall(parameters, slowest).max() <= 0:
+        return True
+    return fastest < _SMALL * parameters.belt_velocity and swing_growth(parameters) <= 0
 
 
 def slow_unit(parameters: ChainParameters) -> float:

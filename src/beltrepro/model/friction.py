@@ -76,11 +76,10 @@ def kinetic_friction(parameters: ChainParameters, speed: npt.ArrayLike = 0.0) ->
     return np.broadcast_to(force, np.broadcast_shapes(speed.shape, (parameters.n_blocks,)))
 
 
-def swing_growth(parameters: ChainParameters) -> float:
-    """Rate at which a swing of slipping blocks grows at most, if friction falls with velocity."""
+def friction_fall(parameters: ChainParameters, speed: float) -> np.ndarray:
+    """By how much kinetic friction falls with the speed |v_r| at a speed, of each block."""
     weak = parameters.weakening_velocity
-    slope = kinetic_friction(parameters) / weak / (1 + parameters.belt_velocity / weak) ** 2
-    return float(((slope - parameters.viscosity) / (2 * np.asarray(parameters.mass))).max())
+    return kinetic_friction(parameters) / weak / (1 + speed / weak) ** 2 - parameters.viscosity
 
 
 def mean_kinetic_friction(parameters: ChainParameters) -> float:

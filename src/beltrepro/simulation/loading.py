@@ -8,8 +8,8 @@ import numpy as np
 
 from beltrepro.base.errors import warn
 from beltrepro.engine.integrator import Integrator
-from beltrepro.model.energy import normal_modes, slow_unit
-from beltrepro.model.friction import kinetic_friction, swing_growth
+from beltrepro.model.energy import normal_modes, slow_unit, swing_growth
+from beltrepro.model.friction import kinetic_friction
 from beltrepro.model.parameters import LONGEST, ChainParameters
 from beltrepro.model.spring import balance_length, spring_extension
 from beltrepro.observe.length import LengthHistory
