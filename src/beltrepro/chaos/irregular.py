@@ -66,8 +66,9 @@ def time_to_orbit(
 ) -> Results:
     """How long the motion of each of P chains is irregular before it settles, and on what orbit.
 
-    Each chain is advanced until all blocks slip and none sticks any more, or its state comes back.
-    Where friction falls with velocity, such a slip grows until blocks stick, and is no end.
+    Each chain is advanced until all blocks slip and none can stick any more, or its state comes
+    back. None can where `sliding_energy` is below m u^2 / 2 and does not grow, or where the swings
+    are small and each mode is damped.
     On the way to a periodic orbit irregular motion is over when the order in which the blocks slip
     repeats from then on: what follows is a smooth approach.
 
@@ -109,7 +110,7 @@ def time_to_orbit(
         raise InputError(f"closed = {closed:g}: must be greater than 0 and less than 1")
     check_progress(progress)
     made = setup_of(chains, setup)
-    runs = [_Run(case, case.state.time) for case in made.cases]
+    runs = [_Run(case, case.state.time, bool(case.state.directions.all())) for case in made.cases]
     in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
     begin, left = 0.0, runs
     while begin < duration and left:
@@ -142,6 +143,7 @@ class _Run:
 
     case: Case  # it, in its state now
     start: float  # instant at which it began
+    slipped: bool  # whether all its blocks did so then
     section: float = np.nan  # length of the chain at which its returns are noted
     slips: list[tuple] = field(default_factory=list)  # instants and blocks, of each window
     growth: list[np.ndarray] = field(default_factory=list)  # rates of growth of its deviation
@@ -211,11 +213,12 @@ class _Run:
     def _repeats_since(self, period: int, period_time: float) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""
         times, blocks = map(np.concatenate, zip(*self.slips, strict=True))
-        broken = np.flatnonzero(blocks[period:] != blocks[:-period])
+        exchanged = blocks[period:] != blocks[:-period]
+        # a slip of all blocks that has lasted for long is no part of the orbit
+        broken = np.flatnonzero(exchanged | (times[period:] - times[:-period] > 2 * period_time))
         if broken.size:
             return float(times[broken[-1] + 1])
-        # noise may have brought a chain to its orbit on which all blocks slipped before
-        late = self.case.parameters.noise > 0 and times[0] > self.start + period_time
+        late = self.slipped and times[0] > self.start + period_time
         return float(times[0]) if late else self.start
 
     def row(self, duration: float, width: int) -> dict:
