@@ -145,9 +145,9 @@ def test_two_slips_are_no_stable_chaos():
 def test_the_clock_of_the_noise_is_told_to_the_vectors():
     """By the clock of the rest the largest exponent is that of the motion itself, zero."""
     chain = ChainParameters(5, 7.0, 2.2)
-    runs = {"duration": 20000, "transient": 4000, "replicate": range(1, 9)}
+    runs = {"duration": 20000, "transient": 4000, "replicate": range(1, 17)}
     rest, laboratory = (
-        classify([chain] * 8, noise_clock=clock, **runs)["largest_exponent"]
+        classify([chain] * 16, noise_clock=clock, **runs)["largest_exponent"]
         for clock in ("rest", "laboratory")
     )
     apart = laboratory - rest

@@ -235,6 +235,15 @@ def test_means_agree_up_to_the_bound(duration, bound, share):
     assert verification._apart(here, listed, duration, 8) == (abs(share) > 1)
 
 
+@pytest.mark.parametrize(
+    ("size", "duration", "apart"),
+    [(800, 500, False), (799, 500, True), (530, 501, False), (0, 501, True)],
+)
+def test_lost_values_are_told(size, duration, apart):
+    listed = [800, 0.0, 0.5]
+    assert verification._apart([size, 0.0, 0.5], listed, duration, 8) == apart
+
+
 def test_summaries_are_of_finite_values_and_of_each_field():
     values = np.array([1.0, np.nan, 4.0, np.inf, 4.0])
     assert verification._summaries(values) == {"": [3, 3.0, np.sqrt(2).round(8)]}

@@ -183,7 +183,9 @@ def _apart(summary: list, listed: list | None, duration: float, n_points: int) -
     """Whether summaries differ by more than the machines explain."""
     if listed is None:
         return True
-    (_, mean, _), (_, other, deviation) = summary, listed
+    (size, mean, _), (listed_size, other, deviation) = summary, listed
+    if size != listed_size and (duration <= SHORT or not size):
+        return True
     if duration <= SHORT:
         return abs(mean - other) > TOLERANCE * (abs(other) + deviation)
     # the list is right, and its scatter that of the points
