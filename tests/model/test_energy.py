@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro import ChainParameters, ChainState, mode_energies, simulate, sliding_energy
-from beltrepro.model.energy import normal_modes
+from beltrepro.model.energy import normal_modes, swings_grow
 from beltrepro.model.spring import (
     balance_tension,
     external_force,
@@ -90,3 +90,18 @@ def test_the_lowest_mode_is_that_of_all_blocks_together():
     assert [np.count_nonzero(np.diff(np.sign(shape))) for shape in shapes.T] == [0, 1, 2, 3, 4]
     (frequency,), _ = normal_modes(ChainParameters(1, 20.0))
     assert frequency == pytest.approx(np.sqrt(1 + 0.01 * (KINETIC - 20)))
+
+
+@pytest.mark.parametrize(
+    ("law", "grow"),
+    [
+        ({"mass": (1.0, 2.0, 3.0)}, False),
+        ({"mass": (1.0, 2.0, 3.0), "viscosity": 5.0}, False),
+        ({"weakening_velocity": 100.0}, True),
+        ({"weakening_velocity": 100.0, "viscosity": 0.2}, False),
+        ({"weakening_velocity": 100.0, "friction_ratio": (0.0, 0.0, 0.45)}, True),
+    ],
+)
+def test_swings_grow_where_friction_falls_faster_than_viscosity_rises(law, grow):
+    chain = ChainParameters(3, 50.0, rest_length=500.0, linear_limit=np.inf, **law)
+    assert swings_grow(chain) == grow

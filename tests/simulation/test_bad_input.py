@@ -3,6 +3,7 @@
 import argparse
 import inspect
 import math
+from collections import deque
 
 import numpy as np
 import pytest
@@ -52,7 +53,14 @@ NOT_ONE = (object(), int, {1.0}, {"a": 1}, [], 1j, "1", b"1", math.nan, -1.0, HU
 NUMBER = (*NOT_ONE, math.inf, np.ones((1, 2)), np.timedelta64(1, "s"))
 NUMBERS = (1.0, [50.0, math.nan], ["50", "100"], [[[50.0, 100.0]]], [[1.0, 2.0], [3.0]], "much",
            [np.ma.array([50.0, 100.0], mask=[False, True])])  # fmt: skip
-ORDERED = (*NUMBERS, [True, 100.0], [100.0, 50.0], [50.0, 50.0], [-50.0, 100.0], [1.0, 2.0, 3.0])
+ORDERED = (
+    *NUMBERS,
+    deque([True, 100.0]),
+    [100.0, 50.0],
+    [50.0, 50.0],
+    [-50.0, 100.0],
+    [1.0, 2.0, 3.0],
+)
 # By the name of an argument, wherever a function takes it.
 WRONG = {
     **dict.fromkeys(("duration", "transient", "time_step", "seed", "replicate", "energy"), NUMBER),

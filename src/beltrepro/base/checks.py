@@ -176,6 +176,6 @@ def _has_more(value: Any) -> bool:
     kind = type(value)  # as a table may have a column of such a name
     has_unit = hasattr(kind, "unit") or hasattr(kind, "units")
     is_masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
-    is_list = isinstance(value, list | tuple)
+    is_list = is_sequence(value) and not hasattr(kind, "__array__")
     is_lost = has_unit or is_masked or isinstance(value, bool | np.bool_)
     return is_lost or (is_list and any(map(_has_more, value)))

@@ -18,7 +18,7 @@ from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import slips_for_good, slow_unit, swing_growth
+from beltrepro.model.energy import slips_for_good, slow_unit, swings_grow
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -204,7 +204,7 @@ class _Run:
         """Whether all blocks have slipped since an instant, and will. Noise may always end it."""
         state, chain = self.case.state, self.case.parameters
         for_good = (
-            swing_growth(chain) <= 0
+            not swings_grow(chain)
             if chain.noise
             else slips_for_good(chain, state.positions, state.velocities)
         )

@@ -19,7 +19,7 @@ from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import normal_modes, swing_growth
+from beltrepro.model.energy import normal_modes, swings_grow
 from beltrepro.model.parameters import LONGEST
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
@@ -180,7 +180,7 @@ def _judged(
             returns=len(times),
             noisy=case.parameters.noise > 0,
         )
-        grows = swing_growth(case.parameters) > 0
+        grows = swings_grow(case.parameters)
         if state == EQUILIBRIUM and grows and exponents[lane, -1] > ERRORS * errors[lane, -1]:
             state = TRANSIENT  # until blocks stick
         first = int(np.argmax(exponents[lane, :-1]))

@@ -8,8 +8,8 @@ import numpy as np
 
 from beltrepro.base.errors import warn
 from beltrepro.engine.integrator import Integrator
-from beltrepro.model.energy import normal_modes, slow_unit, swing_growth
-from beltrepro.model.friction import kinetic_friction
+from beltrepro.model.energy import normal_modes, slow_unit
+from beltrepro.model.friction import friction_fall, kinetic_friction
 from beltrepro.model.parameters import LONGEST, ChainParameters
 from beltrepro.model.spring import balance_length, spring_extension
 from beltrepro.observe.length import LengthHistory
@@ -115,7 +115,8 @@ def _loading_time(case: Case) -> float:
 def _settling(chain: ChainParameters) -> float:
     """Time in which viscosity brings a chain back from an overshoot, or up to its balance."""
     slowest = normal_modes(chain)[0][0]
-    damping = max(-swing_growth(chain), slowest / 4)  # what swings on for longer is its motion
+    rates = -friction_fall(chain, chain.belt_velocity) / (2 * chain.by_block("mass"))
+    damping = max(rates.min(), slowest / 4)  # what swings on for longer is its motion
     rate = min(damping, slowest) ** 2 / (damping + math.sqrt(max(damping**2 - slowest**2, 0.0)))
     return _FOLDINGS / float(rate)
 
