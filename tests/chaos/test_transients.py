@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from advancing import sliding
-from beltrepro import ChainParameters, ChainState, simulate, slipping_state, time_to_orbit
+from beltrepro import ChainParameters, ChainState, classify, simulate, slipping_state, time_to_orbit
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import SCATTERS, WIDEST, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL
@@ -110,6 +110,7 @@ def test_slip_of_all_blocks_that_will_end_is_not_settled(chain, state):
     ended = time_to_orbit(chain, duration=6000, initial_state=state)
     assert ended["state"][0] != "equilibrium slip"
     assert ended["lifetime"][0] > first
+    assert classify(chain, duration=1000, transient=100, initial_state=state).state == "transient"
 
 
 def test_modes_tell_whether_friction_that_falls_for_some_blocks_ends_a_swing():

@@ -148,6 +148,22 @@ def test_the_error_falls_as_the_tolerance():
 # --- roots ---
 
 
+@pytest.mark.parametrize("method", ["event", "verlet"])
+def test_small_forces_are_followed_as_closely(method):
+    """All lengths, and with them the forces, times a: the times stay."""
+    one, small = (
+        simulate(
+            ChainParameters(
+                2, 10 * a, static_friction=71.4 * a, rest_length=50 * a, linear_limit=np.inf
+            ),
+            duration=150,
+            method=method,
+        )
+        for a in (1.0, 1e-11)
+    )
+    np.testing.assert_allclose(small.positions / 1e-11, one.positions, rtol=1e-9)
+
+
 NO_ROOT = 2.0
 
 

@@ -73,6 +73,16 @@ def test_the_rows_say_which_way_and_are_saved(tmp_path):
     np.testing.assert_array_equal(swept["mass"], masses)
 
 
+def test_blocks_that_go_both_ways_are_told():
+    chain, ratios = ChainParameters(3, 8.0), [(0.1, 0.2, 0.3), (0.3, 0.2, 0.1), (0.3, 0.3, 0.1)]
+    for values, ways in (
+        (ratios, ["both", "both", "up"]),
+        (ratios[::-1], ["down", "down", "both"]),
+    ):
+        swept = sweep(chain, friction_ratio=values, duration=60.0, transient=20.0)
+        assert swept["way"].tolist() == ways
+
+
 def test_warnings_of_a_sweep_are_one_line():
     with pytest.warns(UserWarning) as heard:
         sweep(ChainParameters(10, 1.0), belt_velocity=[1.0, 1.1, 1.2], duration=200)

@@ -12,13 +12,13 @@ import numpy as np
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
-from beltrepro.chaos.naming import period_of, slides, warn_of_rests
+from beltrepro.chaos.naming import ends_in_slip, period_of, warn_of_rests
 from beltrepro.chaos.periodic_orbits import MOMENTS
 from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import slips_for_good, slow_unit, swings_grow
+from beltrepro.model.energy import slow_unit
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -193,22 +193,11 @@ class _Run:
             # disturbances may exchange slips of almost one time
             since = min(since, float(times[closing.since]))
         last_event = max(self.last_event, self.start)
-        if self._slides_for_good(last_event, middle) or (
-            closing and not events and not self.case.parameters.friction_varies
-        ):
+        returned = closing is not None and not events
+        if ends_in_slip(self.case.state, last_event, middle, returned):
             self.motion |= {"state": EQUILIBRIUM, "lifetime": last_event - self.start}
         elif closing and since <= middle:
             self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
-
-    def _slides_for_good(self, last_event: float, middle: float) -> bool:
-        """Whether all blocks have slipped since an instant, and will. Noise may always end it."""
-        state, chain = self.case.state, self.case.parameters
-        for_good = (
-            not swings_grow(chain)
-            if chain.noise
-            else slips_for_good(chain, state.positions, state.velocities)
-        )
-        return for_good and slides(state, last_event, middle)
 
     def _repeats_since(self, period: int, period_time: float) -> float:
         """Instant from which on the order of the slips repeats after so many of them."""

@@ -19,7 +19,7 @@ from beltrepro.engine.integrator import Sampling, Section
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import normal_modes, swings_grow
+from beltrepro.model.energy import normal_modes, slips_for_good
 from beltrepro.model.parameters import LONGEST
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
@@ -31,7 +31,6 @@ from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, wi
 from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
 from beltrepro.stats.motion import (
     EQUILIBRIUM,
-    ERRORS,
     PERIODIC,
     TRANSIENT,
     Recurrence,
@@ -180,8 +179,7 @@ def _judged(
             returns=len(times),
             noisy=case.parameters.noise > 0,
         )
-        grows = swings_grow(case.parameters)
-        if state == EQUILIBRIUM and grows and exponents[lane, -1] > ERRORS * errors[lane, -1]:
+        if state == EQUILIBRIUM and not ends_in_slip(end, last_event, half, returned):
             state = TRANSIENT  # until blocks stick
         first = int(np.argmax(exponents[lane, :-1]))
         row = {
@@ -228,6 +226,15 @@ def slides(state: ChainState, last_event: float, since: float) -> bool:
     """Whether all blocks have slipped since an instant, and for long enough to call it a motion."""
     long_enough = last_event <= min(since, state.time - _PERIODS * _slowest(state.parameters))
     return bool(np.all(state.directions) and long_enough)
+
+
+def ends_in_slip(state: ChainState, last_event: float, since: float, returned: bool) -> bool:
+    """Whether all blocks have slipped since an instant and will: returned is, without any slip."""
+    chain = state.parameters
+    if returned and not chain.friction_varies:
+        return True
+    for_good = slips_for_good(chain, state.positions, state.velocities)
+    return for_good and slides(state, last_event, since)
 
 
 def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | None = None) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltrepro.engine import event
-from beltrepro.engine.integrator import Integrator
+from beltrepro.engine.integrator import Integrator, force_unit
 from beltrepro.engine.records import STORM
 from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.energy import times_as_fast
@@ -25,8 +25,8 @@ class EventIntegrator(Integrator):
     """Chains integrated exactly between located events; parameters as for `Integrator`.
 
     time_step sets the strength of the noise. tolerance : force allowed in the last terms of the
-    series; with noise of intensity q it is noise_share sqrt(q) where that is more
-    (docs/integrators.md).
+    series, in units of `force_unit`; with noise of intensity q it is noise_share sqrt(q) where that
+    is more (docs/integrators.md).
     """
 
     name = "event"
@@ -47,7 +47,7 @@ class EventIntegrator(Integrator):
         chain = self.parameters[0]
         ratio = chain.by_block("friction_ratio").max()
         power = aligned((ratio * self._noise) ** 2 * self.time_step)
-        tolerances = np.maximum(tolerance, noise_share * np.sqrt(power))
+        tolerances = np.maximum(tolerance * force_unit(chain), noise_share * np.sqrt(power))
         lanes = len(self._noise)
         self._chains = self._new_chains(
             event.EventChains,

@@ -28,6 +28,7 @@ from beltrepro.engine.records import (
 from beltrepro.engine.simd import LANES
 from beltrepro.engine.state import ChainState, Scheme, settled
 from beltrepro.engine.vector import aligned, zeros
+from beltrepro.model import ChainParameters
 from beltrepro.model.energy import kinetic_energy
 from beltrepro.model.spring import (
     acceleration,
@@ -43,6 +44,11 @@ _UNSTABLE = "the time step is too long for springs so stiff: a shorter one is ne
 _FROM_NOTHING = 0.5  # of the energy that a chain had and got: more than that only a scheme makes
 _LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
 _EVENTS, _CROSSINGS = 4096, 1024  # room for those of a chain in a chunk, to begin with
+
+
+def force_unit(chain: ChainParameters) -> float:
+    """Unit of the tolerance of a step: 1, or the static friction where that is less."""
+    return min(1.0, float(chain.by_block("static_friction").max()))
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ from beltrepro.engine.vector import inlined, kernel, maximum, minimum, separate_
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
 # Last terms of the series of F_ex allowed at the end of a leap. As for `event`: the first one that
 # is left out moves a position by less, by two powers of the leap and a factor of some hundreds.
-_TOLERANCE = 1e-10
+TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there: the curve
 # leaves out dt^4, and the scheme looks at positions that are rounded.
 _DOUBT = 1e-3
@@ -123,6 +123,7 @@ class SchemeGroup(NamedTuple):
     varied: Varied | None
     belt_velocity: np.ndarray  # (W,)
     time_step: float  # dt
+    log_tolerance: float  # to the base 2, of the last terms of the series of a leap
     stiffest: float  # slope of a tension from which on no leaps are taken
     chains: SchemeChains
     noise: Noise | None
@@ -351,7 +352,7 @@ def _choose_leap(lane, leaping, remaining, group, scratch):
     """Whole steps that the series serve; chains with a turn at their end, or a contact."""
     inverse_step = 1.0 / group.time_step
     n_blocks = group.chains.direction.shape[0]
-    reach = taylor_step(ORDER, math.log2(_TOLERANCE), None, scratch.series) * inverse_step
+    reach = taylor_step(ORDER, group.log_tolerance, None, scratch.series) * inverse_step
     # one step at least, or the chain would stand still
     reach = maximum(_round_down(minimum(reach, remaining)), 1.0)
     reach = select(leaping, reach, 0.0)

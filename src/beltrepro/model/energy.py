@@ -130,8 +130,10 @@ def slips_for_good(
 
     All the energy H gives one block no more than a velocity, which is to be below that of the belt.
     H does not grow where friction falls with no speed that is reached. Of small swings the modes
-    tell, also where friction falls for some blocks only.
+    tell, also where friction falls for some blocks only. Noise may always end it.
     """
+    if parameters.noise:
+        return not swings_grow(parameters)
     energy = float(_swing_energy(parameters, positions, velocities))
     fastest = math.sqrt(2 * max(energy, 0.0) / parameters.by_block("mass").min())
     slowest = parameters.belt_velocity - fastest  # |v_r| of a block

@@ -51,7 +51,7 @@ class Run(Tabled):
     time_step : float
         dt of the scheme; for "event" it sets the strength of the noise.
     tolerance : float or None
-        Truncation allowed in a step, unit of force (the method's own may be larger with noise);
+        Truncation allowed in a step, as in `Setup` (the method's own may be larger with noise);
         None for a method without one.
     seed, replicate : int
         With the parameters they fix all random numbers.

@@ -78,8 +78,8 @@ def scan(
         times sqrt(mass / stiffness) of each chain's heaviest block and softest spring.
     on_error : str
         What a run does that leaves the range of the model: "raise" ends all; "nan" gives its row
-        NaN (counts 0, texts empty) and the array error (P,) its line, empty for the others. A
-        warning counts such rows; where no run is left the first error is raised.
+        NaN (counts 0, texts empty, a yes or no False) and the array error (P,) its line, empty for
+        the others. A warning counts such rows; where no run is left the first error is raised.
     store : str or Path, optional
         A file, .h5, that keeps what is finished, also of a call that is interrupted; `Results.save`
         writes one too. What it has of these chains, whatever their order, is not computed again,

@@ -142,9 +142,9 @@ class Setup:
     time_step : float
         dt, model time, at most 0.1; for "event" it only sets the strength of the noise.
     tolerance : float or None
-        Only for "event": last terms of the series of a force allowed at the end of a step, unit of
-        force, 1e-16 to 1. None for the method's own, which is larger with noise
-        (docs/integrators.md).
+        Only for "event": last terms of the series of a force allowed at the end of a step, 1e-16 to
+        1, in the unit of force, or in the static friction where that is less. None for the method's
+        own, which is larger with noise (docs/integrators.md).
     seed, replicate : int or None
         Of 0 or greater; with the parameters they fix all random numbers. If not given, 1 and 0, or
         those of `initial_state`, whose random stream then goes on. A Grid has its own replicates.

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,7 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
         The arrays of `scan` with a row for each chain at each value, in the order of the values.
         Before them step, the number of the value from 0, and way, "up" or "down": to it from the
         one before, at the first to the second; of two equal values the second has the way on.
+        "both" where it goes up in some blocks and down in others.
 
     Raises
     ------
@@ -139,12 +141,12 @@ def _reported(progress: Report, step: int, steps: int, fraction: float) -> None:
 
 def _ways(values: Sequence) -> np.ndarray:
     """Which way each value is met."""
-    # by ranks: infinite values have no difference
-    _, ranks = np.unique([np.mean(value) for value in values], return_inverse=True)
-    changes = np.diff(ranks)
+    # compared, not subtracted: infinite values have no difference
+    pairs = [map(np.asarray, pair) for pair in pairwise(values)]
+    changes = np.array([(a < b).any() + 2 * (a > b).any() for a, b in pairs], dtype=int)
     turns = np.flatnonzero(changes)
     # the next change for a value that stays, the last one after all
-    to_come = np.append(changes[turns], changes[turns[-1:]]) if len(turns) else np.ones(1)
+    to_come = np.append(changes[turns], changes[turns[-1:]]) if len(turns) else np.ones(1, int)
     before = np.append(0, changes)
     nexts = to_come[np.searchsorted(turns, np.arange(len(values)))]
-    return np.where(np.where(before == 0, nexts, before) > 0, "up", "down")
+    return np.array(["", "up", "down", "both"])[np.where(before == 0, nexts, before)]

@@ -128,8 +128,9 @@ class PowerSpectrum:
 
         The series are cut into stretches of ten cycles of the lowest frequency or more, at most 20
         each. Their mean spectrum, in ten bins a decade, has a straight line on doubly logarithmic
-        axes. The intervals are those of 6 or more series drawn anew, or else of their stretches.
-        Hann's window lets no exponent below about -4 be told: there half of the intervals hold it.
+        axes. The intervals are those of 6 or more series drawn anew, or else of their stretches; of
+        6 to 8 series about 90 in 100 hold the exponent. Hann's window lets none below about -4 be
+        told: there half of the intervals hold it.
 
         Parameters
         ----------
