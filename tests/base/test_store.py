@@ -84,7 +84,9 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert version_of() == f"1.2+g{commit}"
     (tmp_path / "notes.txt").write_text("files that git does not follow change nothing")
     assert version_of() == f"1.2+g{commit}"
-    (provenance.ROOT / "a.py").write_text("new = 1\n")
+    (provenance.ROOT / "b.py").write_text("new = 1\n")
+    assert version_of() == f"1.2+g{commit}.dirty"
+    (provenance.ROOT / "b.py").rename(provenance.ROOT / "a.py")
     assert version_of() == f"1.2+g{commit}.dirty"
     parts = [provenance.origin() | {"code_version": number} for number in ("1.0", "1.1")]
     assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0; 1.1"

@@ -186,6 +186,8 @@ def test_a_track_is_kept_in_a_table(tmp_path):
         (HEADER + "0,0,0,8\n" * 60, "more cells than its header: 0,5 is 0.5"),
         ("time_s,x_m,x_m\n0,1,2\n", "has the column x_m twice"),
         (HEADER + "0,fast\n", "row 1 has no finite number in time_s or x_m: 0, fast"),
+        (HEADER + "0,True\n", "row 1 has no finite number in time_s or x_m: 0, True"),
+        (HEADER + "0,0.#5\n", "row 1 has no finite number in time_s or x_m: 0, 0.#5"),
         (HEADER + "0,0.8\n1,0.8\n", "32 are needed"),
         (HEADER + "".join(f"{row},90\n" for row in range(60)), "centimetres"),
         (HEADER + ROWS + "1e9,1\n", "too far apart"),

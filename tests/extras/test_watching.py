@@ -29,10 +29,8 @@ def test_what_is_shown_is_where_the_chain_is(window):
     first = window.chain.state
     reached = simulate(CHAIN, duration=250.0, seed=4).final_state
     assert np.array_equal(first.positions, reached.positions)
-    lengths = [first.positions[-1]]
     for _ in range(40):
         window.show(1 / 24)
-        lengths.append(window.chain.state.positions[-1])
     state = window.chain.state
     assert state.time - first.time == pytest.approx(2.0 * 40 / 24 / TIME_S)
     assert window.chain.belt == pytest.approx(15.0 * (state.time - first.time))
@@ -40,9 +38,23 @@ def test_what_is_shown_is_where_the_chain_is(window):
     assert middles == pytest.approx(LENGTH_M * state.positions)
     edges = [to_rgb(watch.STATES[int(np.sign(way))][1]) for way in state.directions]
     assert np.allclose(window.blocks.get_edgecolor()[:, :3], edges)
-    assert window.curve.get_ydata() == pytest.approx(LENGTH_M * np.array(lengths))
-    r = np.std(lengths) / np.mean(lengths)
-    assert f"r = {r:.3f}" in window.numbers.get_text()
+    lasts = state.time - first.time
+    run = simulate(CHAIN, duration=lasts, initial_state=first)
+    places = np.isin(window.chain.seen[0].round(6), run.time.round(6))
+    assert window.curve.get_ydata()[places] == pytest.approx(LENGTH_M * run.positions[:, -1])
+    lengths = np.append(first.positions[-1], run.positions[:, -1])
+    assert f"r = {np.std(lengths) / np.mean(lengths):.3f}" in window.numbers.get_text()
+
+
+def test_a_fast_film_has_the_r_of_the_chain_and_the_curve_of_the_last_seconds():
+    """One frame a period shows the chain at one place."""
+    chain = watch.Watched(ChainParameters(1, 5.0), 200.0, 1)
+    for _ in range(60):
+        chain.advance(15.79375)
+    r = simulate(chain.state.parameters, duration=2000, transient=200).disorder_parameter
+    assert chain.disorder_parameter == pytest.approx(r, rel=0.01)
+    assert np.ptp(chain.seen[0]) == pytest.approx(30 / TIME_S, abs=0.1)
+    assert np.diff(chain.seen[0]).max() < 0.11
 
 
 def test_keys_and_sliders_act_at_once_and_keep_the_positions(window, monkeypatch):

@@ -18,6 +18,7 @@ from beltrepro import (
     time_to_continuous_slip,
     time_to_orbit,
 )
+from beltrepro.base import provenance
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.simulation import gathering
 
@@ -40,7 +41,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarnin
 
 def same(one: Results, other: Results) -> None:
     """Check that results agree in every bit, in the order of their columns, and in their states."""
-    assert list(one) == list(other) and one.settings == other.settings
+    assert list(one) == list(other)
+    # rows that were read name what made them
+    assert one.settings | provenance.origin() == other.settings | provenance.origin()
     for name, array in one.items():
         assert array.shape == other[name].shape, name
         np.testing.assert_array_equal(array, other[name], err_msg=name)
@@ -214,6 +217,14 @@ def test_a_store_keeps_errors_and_the_warning_of_loading(tmp_path):
         scan([BAD, slow, GOOD], store=path, **settings)
     with pytest.raises(ModelStateError, match="failed before"):
         scan([BAD, slow, GOOD], duration=10.0, initial_state=results.final_states)
+
+
+def test_rows_of_a_store_keep_the_code_that_made_them(tmp_path, monkeypatch):
+    for code, velocities, made_by in (("a", [5.0], "a"), ("b", [5.0], "a"), ("b", [5, 6], "a; b")):
+        monkeypatch.setattr(provenance, "code_version", lambda code=code: code)
+        results = scan(Grid(2, velocities), duration=60.0, store=tmp_path / "store.h5")
+        results.save(tmp_path / "some.h5")
+        assert Results.load(tmp_path / "some.h5").settings["code_version"] == made_by
 
 
 def test_a_catalogue_grows_too(tmp_path, computed):

@@ -51,19 +51,27 @@ def code_version() -> str:
 def _commit_of_git(tree: Path) -> str:
     """The commit that is checked out; empty if git is not there, or tracks something else."""
     tracked = ["ls-files", "--error-unmatch", str(ROOT.relative_to(tree))]
+    new = ["ls-files", "--others", "--exclude-standard", "--", *map(str, _code(tree))]
     described = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
     # git asks whose the tree is before it reads settings in it; code of the tree runs here already
     git = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(tree)]
     # hooks and `git rebase --exec` name their own repository and index in variables
     own = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     try:
-        for words in (tracked, described):
-            done = subprocess.run(
+        _, others, commit = (
+            subprocess.run(
                 [*git, *words], capture_output=True, text=True, env=own, check=True
-            )
+            ).stdout.strip()
+            for words in (tracked, new, described)
+        )
     except (OSError, subprocess.CalledProcessError):
         return ""
-    return done.stdout.strip()
+    return commit.removesuffix(".dirty") + ".dirty" * (bool(others) or commit.endswith(".dirty"))
+
+
+def _code(tree: Path) -> tuple[Path, Path]:
+    """The folders whose files make results."""
+    return ROOT, tree / "workflow"
 
 
 def _commit_of_archive(tree: Path) -> str:
@@ -73,7 +81,7 @@ def _commit_of_archive(tree: Path) -> str:
     if not (node := re.search(r"^node: ([0-9a-f]{12})", text, re.M)):
         return ""
     latest = path.stat().st_mtime + 10  # unpacked without the times, files follow in seconds
-    code = (file for folder in (ROOT, tree / "workflow") for file in folder.rglob("*.*"))
+    code = (file for folder in _code(tree) for file in folder.rglob("*.*"))
     kept = (file for file in code if "__pycache__" not in file.parts)
     is_edited = any(file.stat().st_mtime > latest for file in kept)
     return node[1] + ".dirty" * is_edited

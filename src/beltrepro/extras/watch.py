@@ -42,6 +42,7 @@ _CORNERS = np.array([[-_HALF, -_ACROSS], [-_HALF, _ACROSS], [_HALF, _ACROSS], [_
 _LINES = 0.1  # m between lines across the belt
 _LONGEST_S = 3600.0  # of a film; each second takes a second or two to draw
 _CURVE = 30  # seconds of the chain in the curve of x_N
+_SAMPLE_INTERVAL = 0.1  # of x_N in the curve and for r, at most; model time
 
 
 class Watched:
@@ -52,33 +53,43 @@ class Watched:
         if checks.not_negative("transient", transient) > 0:
             self._run(transient)
         self.belt = 0.0  # how far the belt has moved, model length
-        self.seen = [(self.state.time, self.state.positions[-1])]
-        self._since = 0  # r is of what was seen from here on
+        self.seen = np.array([[self.state.time], [self.state.positions[-1]]])  # (2, S) t and x_N
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """r is of x_N from here on, by the sums of its powers about where it is now."""
+        self._origin, self._powers = self.seen[1, -1], np.array([1.0, 0.0, 0.0])
 
     @property
     def disorder_parameter(self) -> float:
-        """Of x_N as it was shown since the belt velocity or the noise changed."""
-        lengths = [length for _, length in self.seen[self._since :]]
-        return float(np.std(lengths) / np.mean(lengths))
+        """Of x_N since the belt velocity or the noise changed."""
+        mean, square = self._powers[1:] / self._powers[0]
+        return float(np.sqrt(max(square - mean**2, 0.0)) / (self._origin + mean))
 
     def advance(self, duration: float, **changed: Any) -> None:
         """Go on by a model time, if wanted with another belt velocity or noise."""
         parameters = replace(self.state.parameters, **changed)
         if parameters != self.state.parameters:
             self.state = self.state.under(parameters)
-            self._since = len(self.seen) - 1
+            self._begin_anew()
         if duration > 0:
-            self._run(duration)
+            run = self._run(duration, _SAMPLE_INTERVAL if duration > _SAMPLE_INTERVAL else None)
             self.belt += duration * parameters.belt_velocity
-            self.seen.append((self.state.time, self.state.positions[-1]))
+            now = [[self.state.time], [self.state.positions[-1]]]
+            passed = np.array([run.time, run.positions[:, -1]])
+            away = (passed if passed.size else np.array(now))[1] - self._origin
+            self._powers += [away.size, away.sum(), (away**2).sum()]
+            seen = np.hstack([self.seen, passed, now])
+            self.seen = seen[:, seen[0] >= self.state.time - _CURVE / TIME_S]
 
-    def _run(self, duration: float) -> None:
+    def _run(self, duration: float, sample_interval: float | None = None) -> Run:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # r of so short a run is asked by nobody
-            how: Any = {"initial_state": self.state, "sample_interval": None}
+            how: Any = {"initial_state": self.state, "sample_interval": sample_interval}
             run = simulate(self.state.parameters, duration=duration, **how)
         assert isinstance(run, Run)  # as it was one chain
         self.state = run.final_state
+        return run
 
 
 class View:
@@ -131,7 +142,7 @@ class View:
         self._springs.set_array(FORCE_N * pulls)
         self.blocks.set_verts(_CORNERS + np.array([places, 0 * places]).T[:, None])
         self.blocks.set_edgecolor([STATES[int(way)][1] for way in np.sign(state.directions)])
-        times, lengths = np.array(self.chain.seen).T
+        times, lengths = self.chain.seen
         self.curve.set_data(TIME_S * (times - state.time), LENGTH_M * lengths)
         about = f"{parameters.describe()}    r = {self.chain.disorder_parameter:.3f}"
         self.numbers.set_text(f"t = {TIME_S * state.time:.1f} s    {about}    {words}")

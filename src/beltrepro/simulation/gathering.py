@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from beltrepro.base import atomic, checks, names
+from beltrepro.base import atomic, checks, names, provenance
 from beltrepro.base.errors import InputError, ModelStateError, warn
 from beltrepro.engine.state import ChainState
 from beltrepro.simulation.groups import (
@@ -139,7 +139,9 @@ class _Store:
         results = some_of(self._held[0], [rows[index] for index in range(len(cases))])
         results.update(self._asked)
         cut(results)
-        results.settings = self._asked.settings
+        about = self._held[0].settings
+        made_by = {name: about[name] for name in provenance.origin() if name in about}
+        results.settings = self._asked.settings | made_by
         return results
 
     def _read(self) -> list[Results]:

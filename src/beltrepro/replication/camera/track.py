@@ -89,8 +89,10 @@ def _columns(text: str) -> tuple[np.ndarray, np.ndarray]:
     """Instants and places in a table; ValueError in a line where it has none."""
     import pandas as pd  # not needed to film and track
 
+    rows = "".join(line for line in text.splitlines(True) if not line.lstrip().startswith("#"))
     try:
-        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)
+        # as text: pandas makes numbers of True and False
+        table = pd.read_csv(io.StringIO(rows), dtype=str, skipinitialspace=True)
     except pd.errors.EmptyDataError:
         table = pd.DataFrame()
     if missing := [name for name in _NEEDED if name not in table]:
