@@ -64,7 +64,7 @@ def scan(options: argparse.Namespace) -> None:
 
     Chains at every combination of some values are simulated, and r, the mean length, slips and
     laminar phases of each are measured. A quantity of the chain is a number, a list 1,2,5 or a
-    range START:STOP:STEP with both ends.
+    range START:STOP:STEP with both ends (STOP if a step meets it).
     """
     if options.json or options.output is None or options.output.suffix.lower() == ".csv":
         with needing("a table"):  # before hours of computing

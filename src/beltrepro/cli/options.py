@@ -173,7 +173,7 @@ _DIFFER = "a list is an axis; blocks that differ: `beltrepro simulate` or Python
 
 
 def grid(text: str, of_blocks: bool = False) -> Sequence[float]:
-    """Numbers of an option: one, a list 1,2,5, or a range 1:50:1 with both ends.
+    """Numbers of an option: one, a list 1,2,5, or a range 1:50:1, the end too if a step meets it.
 
     of_blocks : whether each block can have one of its own; a list is a tuple then.
     """
