@@ -1,5 +1,7 @@
 """Recordings of the last block: r, quiet stretches and spectra of series with known answers."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -53,6 +55,14 @@ def test_quiet_stretches_are_found_and_only_long_ones_last():
         assert regimes(*bursts(), lasting_s=lasting_s).lasting_share == share
     assert analyse(*bursts(), quiet=0.2).small_share == 1.0
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
+
+
+def test_few_changes_of_amplitude_are_told():
+    quiet = [(begin, begin + 20.0) for begin in range(20, 600, 40)]
+    with pytest.warns(UserWarning, match="the amplitude changes for long 9 times: intervals hold"):
+        analyse(*bursts(200.0, quiet[:5]))
+    with warnings.catch_warnings(action="error"):
+        analyse(*bursts(600.0, quiet))
 
 
 @pytest.mark.parametrize("gap", [(60.0, 140.0), (100.0, 101.0)])

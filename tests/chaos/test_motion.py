@@ -154,6 +154,16 @@ def test_the_clock_of_the_noise_is_told_to_the_vectors():
     assert apart.mean() > 3 * apart.std(ddof=1) / np.sqrt(apart.size)
 
 
+def test_the_unit_of_time_changes_no_name_and_no_error():
+    one, other = (
+        classify(ChainParameters(20, 5.0 / time, mass=time**2), duration=2400 * time,
+                 transient=500 * time)
+        for time in (1.0, 0.01)
+    )  # fmt: skip
+    assert one.state == other.state == "chaotic"
+    assert 0.5 < 0.01 * other.standard_error / one.standard_error < 2
+
+
 # --- where nothing happens ---
 
 

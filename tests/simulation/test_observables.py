@@ -133,6 +133,13 @@ def test_the_law_of_a_spectrum_has_the_digits_of_the_study(runs):
     assert about.numbers == pytest.approx(law.exponent.scaled(0.5).numbers, rel=1e-9)
 
 
+def test_a_section_of_slow_belts_keeps_its_points():
+    tiny = {"static_friction": 71.4e-8, "rest_length": 50e-8, "linear_limit": np.inf}
+    chains = [ChainParameters(3, 10.0, linear_limit=np.inf), ChainParameters(3, 10e-8, **tiny)]
+    points = [len(section(catalogue(chain, duration=400, transient=100))) for chain in chains]
+    assert points[0] == points[1] > 5
+
+
 def test_a_section_is_of_the_last_block_where_it_slips():
     chain = ChainParameters(5, 10.0, 1.0)
     records = catalogue([chain] * 2, replicate=range(2), section_block=2, **LENGTHS)

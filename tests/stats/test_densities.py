@@ -71,6 +71,8 @@ def test_a_spectrum_of_too_little_says_what_is_needed():
     with pytest.raises(NotEnoughDataError, match="15 samples, a spectrum needs 16"):
         spectrum(np.arange(15.0), sample_interval=1.0)
     assert short.law(0.05, 7).high == 0.5  # half of the rate of the samples
+    with pytest.raises(InputError, match=r"low = 30: must be below 0.5, the last of the freq"):
+        short.law(30, 60)
     with pytest.raises(InputError, match=r"high = 0\.1: must be greater than low = 0\.3"):
         short.law(0.3, 0.1)
     with pytest.raises(NotEnoughDataError, match="0 points between"):

@@ -14,11 +14,10 @@ from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
 from beltrepro.chaos.naming import ends_in_slip, period_of, warn_of_rests
 from beltrepro.chaos.periodic_orbits import MOMENTS
-from beltrepro.chaos.vectors import INTERVAL, METHOD, part
+from beltrepro.chaos.vectors import INTERVAL, METHOD, as_lengths, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
-from beltrepro.model import ChainParameters
-from beltrepro.model.energy import slow_unit
+from beltrepro.model.energy import slow_unit, times_as_fast
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (
@@ -214,10 +213,11 @@ class _Run:
         """What `time_to_orbit` returns of it; width : numbers of the state of the longest chain."""
         lifetime, state = self.motion["lifetime"], self.motion["return_state"]
         rates = np.concatenate([np.empty((0, 1)), *self.growth])
-        last = int(min(lifetime, len(rates) * INTERVAL) / INTERVAL)
+        interval = INTERVAL / times_as_fast(self.case.parameters)
+        last = int(min(lifetime, len(rates) * interval) / interval)
         unit = slow_unit(self.case.parameters)
-        rates = rates[int(_ALIGNED * unit / INTERVAL) : last][None]  # of the irregular motion
-        time, exponent, error = rates.shape[1] * INTERVAL, np.nan, np.nan
+        rates = rates[int(_ALIGNED * unit / interval) : last][None]  # of the irregular motion
+        time, exponent, error = rates.shape[1] * interval, np.nan, np.nan
         moves = self.last_event - self.start > _ALIGNED * unit
         if long_enough := moves and time >= _SHORTEST * unit:
             exponent, error = vectors.slopes(rates).item(), vectors.standard_errors(rates).item()
@@ -276,13 +276,6 @@ def _integrator(members: list[_Run]) -> Integrator:
     if deviations:
         chains.set_deviations(np.stack(deviations))
     return chains
-
-
-def as_lengths(chain: ChainParameters) -> np.ndarray:
-    """Factors (2N,) that make lengths of the displacements and velocities of a state."""
-    # of a block that oscillates, they are as large as its displacements
-    times = np.sqrt(chain.by_block("mass") / chain.by_block("stiffness"))
-    return np.concatenate([np.ones(chain.n_blocks), times])
 
 
 def disturbance(case: Case) -> float:

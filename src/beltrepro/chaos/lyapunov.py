@@ -235,13 +235,14 @@ def _growth(
     growth, across = map(np.ascontiguousarray, np.split(growth, [size], axis=2))
     order = np.argsort(-slopes(growth), axis=1, kind="stable")  # NaN last
     growth = np.take_along_axis(growth, order[:, None], axis=2)
+    shared = len(growth), vectors.intervals_in(duration - transient), -1  # by chains of all units
     return {
         "most_stuck": stuck.most,
-        "growth": growth,
+        "growth": growth.reshape(*shared, size).mean(axis=2),
         "exponents": slopes(growth),
         "standard_error": standard_errors(growth),
         "nontrivial_exponent": slopes(across)[:, 0],
         "nontrivial_error": standard_errors(across)[:, 0],
-        _ACROSS: across,
+        _ACROSS: across.reshape(*shared, 1).mean(axis=2),
         RESTS: rests,
     }

@@ -13,13 +13,16 @@ from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.vector import inlined
-from beltrepro.model.energy import times_as_fast
+from beltrepro.model import ChainParameters
+from beltrepro.model.energy import slow_unit, times_as_fast
 from beltrepro.simulation.groups import Report
 from beltrepro.simulation.setup import Case
 
 METHOD = "event"  # the only one with a tangent dynamics, that of the exact motion
 REST = "rest"  # the clock of the noise, see INTEGRATORS
-INTERVAL = 20.0  # model time between two orthonormalisations; e-folding takes 60 and more
+# Model time between two orthonormalisations in the paper's chain; e-folding takes 60 and more, and
+# a vector that shrinks by e^36 against another before them is lost.
+INTERVAL = 20.0
 NO_SAMPLES = Sampling(1, 10 * INTERVAL)
 _STEADY = 1e-6  # share of the belt velocity: a chain with less flow in the end is in steady slip
 _BATCHES = 32  # of the growth of one run, whose scatter is its error
@@ -103,8 +106,27 @@ def with_vectors(
     random = np.random.default_rng(chains.n_blocks).standard_normal((rows, n_vectors))
     directions = np.linalg.qr(random).Q
     vectors[:, :rows] = np.hstack([directions, directions[:, : int(across)]])
-    chains.set_deviations(vectors)
+    chains.set_deviations(vectors / _as_lengths(chains))
     return chains
+
+
+def as_lengths(chain: ChainParameters) -> np.ndarray:
+    """Factors (2N,) that make lengths of the displacements and velocities of a state."""
+    # of a block that oscillates, they are as large as its displacements
+    times = np.sqrt(chain.by_block("mass") / chain.by_block("stiffness"))
+    return np.concatenate([np.ones(chain.n_blocks), times])
+
+
+def _as_lengths(chains: TangentIntegrator) -> np.ndarray:
+    """Factors (D, 1) of the rows of deviations, which may have a delay."""
+    chain = chains.parameters[0]
+    delay = [1 / slow_unit(chain)] * (chains.deviations().shape[1] - 2 * chains.n_blocks)
+    return np.concatenate([as_lengths(chain), delay])[:, None]
+
+
+def intervals_in(length: float) -> int:
+    """Number of intervals in a time, of the paper's chain."""
+    return max(1, round(length / INTERVAL))
 
 
 def grow(
@@ -114,38 +136,35 @@ def grow(
     report: Report,
     across: bool = False,
 ) -> np.ndarray:
-    """Rates of growth (W, T, K) in T intervals, after whose parts vectors are made orthonormal.
+    """Rates of growth (W, T, K) in T intervals, after which vectors are made orthonormal.
 
     across : whether the last vector is not, but is kept across the flow: what is left of a
     deviation if a shift of time does not count, and grows by the largest nontrivial exponent.
     """
-    begin, intervals = chains.time, max(1, round(length / INTERVAL))
-    # a vector that shrinks by e^36 against another before they are made orthonormal is lost
-    parts = times_as_fast(chains.parameters[0])
-    count = intervals * parts
+    begin, factors = chains.time, _as_lengths(chains)
+    count = intervals_in(length) * times_as_fast(chains.parameters[0])
     growth: list[np.ndarray] = []
     for number in range(1, count + 1):
         for chunk in chains.advance(begin + number * length / count):
             for observer in observers:
                 observer.observe(chunk)
-        moved = chains.deviations()
+        moved = factors * chains.deviations()
         directions, triangle = np.linalg.qr(moved[..., : moved.shape[2] - across])
         stretch = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
         if across:
-            rest = _across(moved[..., -1], chains.flow())
+            rest = _across(moved[..., -1], factors[:, 0] * chains.flow())
             size = np.linalg.norm(rest, axis=1, keepdims=True)
             stretch = np.concatenate([stretch, size], axis=1)
             rest = rest / np.maximum(size, np.finfo(float).tiny)
             directions = np.concatenate([directions, rest[..., None]], axis=2)
-        chains.set_deviations(directions)
+        chains.set_deviations(directions / factors)
         growth.append(np.log(np.maximum(stretch, np.finfo(float).tiny)))
         report(number / count)
-    rates = np.stack(growth, axis=1) * (intervals / length)
+    rates = np.stack(growth, axis=1) * (count / length)
     if across:  # where nothing moves in the end, or nothing is trivial, the first vector serves
         velocities = np.array([chain.belt_velocity for chain in chains.parameters])
         steady = np.linalg.norm(chains.flow(), axis=1) <= _STEADY * velocities
         rates[steady, :, -1] = rates[steady, :, 0]
-    rates = rates.reshape(len(rates), intervals, parts, -1).sum(axis=2)
     # in this order, so that sums over intervals round the same way for any number of chains
     return np.ascontiguousarray(rates)
 

@@ -109,7 +109,8 @@ def analyse(options: argparse.Namespace) -> None:
 
     This computes r, the mean length, stretches of small amplitude and spectra of a recording: a CSV
     file with the columns time_s and x_m (from the support, metres). Intervals (low, high) hold
-    95 %, for a recording of this length at its scale and zero.
+    95 %, for a recording of this length at its scale and zero; fewer where its regimes last for a
+    tenth of it or more.
     """
     from beltrepro.replication.camera import recording as recordings
     from beltrepro.replication.camera.track import Track

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 FRAMES = ("laboratory", "belt")
 _NUMBERS = [(name, "f8") for name in ("time", "position", "relative_velocity")]
 SECTION_POINT = np.dtype([("point", "i4"), *_NUMBERS, ("repeated", "?")])
-STUCK = 1e-6  # a block slower than this relative to the belt is stuck
+# A block slower than this relative to the belt is stuck; on a belt slower than 1, so much of it.
+STUCK = 1e-6
 
 
 def _runs(value: Any) -> list[Run]:
@@ -314,6 +315,8 @@ def section(source: Catalogue) -> SectionPoints:
     points["point"], points["time"] = rows["point"], rows["time"]
     points["position"] = rows["positions"][:, -1]
     points["relative_velocity"] = rows["velocities"][:, -1]
-    points["relative_velocity"] -= _of_chain(source, rows, "belt_velocity")
+    belt_velocity = _of_chain(source, rows, "belt_velocity")
+    points["relative_velocity"] -= belt_velocity
     points["repeated"] = sections.repeated(np.hstack([rows["positions"], rows["velocities"]]))
-    return SectionPoints(points[points["relative_velocity"] < -STUCK])
+    slips = points["relative_velocity"] < -STUCK * np.minimum(belt_velocity, 1.0)
+    return SectionPoints(points[slips])

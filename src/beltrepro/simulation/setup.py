@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beltrepro.base import checks, names
+from beltrepro.base import checks, names, provenance
 from beltrepro.base.checks import is_sequence, listed, shown
 from beltrepro.base.errors import InputError, warn
 from beltrepro.engine.event_integrator import EventIntegrator
@@ -225,6 +225,7 @@ def with_setup(function: F, more: Sequence[str] = ()) -> F:
 
 def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
     """The setup that a function is given, or that it makes of chains and keywords."""
+    provenance.origin()  # noted now: another commit may be checked out before results are saved
     if not isinstance(chains, Setup):
         return Setup(chains, **keywords)
     if keywords:

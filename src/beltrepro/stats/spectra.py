@@ -150,7 +150,10 @@ class PowerSpectrum:
         low, high = checks.positive("low", low), checks.finite_number("high", high)
         if not low < high:
             raise InputError(f"high = {high:g}: must be greater than low = {low:g}")
-        high = min(high, 0.5 / self.sample_interval)  # samples tell of none beyond
+        last = 0.5 / self.sample_interval  # samples tell of none beyond
+        if low >= last:
+            raise InputError(f"low = {low:g}: must be below {last:g}, the last of the frequencies")
+        high = min(high, last)
         frequency, power = self._drawn(low, high)
         if _of_lines(power.mean(axis=0)):
             warn("the spectrum is one of lines, as of periodic motion: it follows no power law")
