@@ -273,10 +273,13 @@ class _Course(NamedTuple):
             ahead = edge if abs(left) <= step + finest else value + np.sign(left) * step
             new = self.next(here, ahead)
             if new is None:
-                if step <= finest:
+                if step > finest:
+                    step, failed = max(abs(ahead - value) / 2, finest), True
+                    continue
+                # the time of its state may shrink to nothing, where events come in another order
+                new = self.next(self.turned(here), ahead)
+                if new is None:
                     return points, passed, self.end(here, ahead)
-                step, failed = max(abs(ahead - value) / 2, finest), True
-                continue
             step, failed = step if failed else min(_GROWTH * step, self.step), False
             if here.changed(new):
                 before, new = self.located(here, new, finest)
@@ -287,6 +290,13 @@ class _Course(NamedTuple):
                 passed.append(special)
             points.append(new)
         return points, passed, SpecialPoint(edge, EDGE, 0, "the edge of the range")
+
+    def turned(self, here: _Point) -> _Point:
+        """The same orbit from a time of its period in which fewer blocks are stuck, if any is."""
+        try:
+            return self.point(periodic_orbits.turned(here.orbit, self.tolerance))
+        except InputError:
+            return here
 
     def next(self, here: _Point, value: float) -> _Point | None:
         """The orbit of a branch at another value of the quantity, if it is there."""

@@ -283,6 +283,14 @@ def close_orbit(
     )
 
 
+def turned(orbit: PeriodicOrbit, tolerance: float | None = None) -> PeriodicOrbit:
+    """The orbit from a time of its period in which fewer blocks are stuck."""
+    stuck = int(np.sum(orbit.state.directions == 0))
+    state = _most_stuck(orbit.state, orbit.period_time, tolerance, below=stuck)
+    _, monodromy = _once_around(state, orbit.period_time, tolerance)
+    return replace(orbit, state=state, monodromy=monodromy)
+
+
 def exact_case(state: ChainState, tolerance: float | None = None) -> Case:
     """A chain from a state on, with a tangent dynamics."""
     return Case(state, METHOD, _TIME_STEP, tolerance)
@@ -330,8 +338,13 @@ def follow(
 # velocities of those that slip. Its other velocities are those of the belt, and stay so.
 
 
-def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) -> ChainState:
-    """A state of the next period in which as many blocks are stuck as ever are, at time 0."""
+def _most_stuck(
+    state: ChainState, period_time: float, tolerance: float | None, below: float = np.inf
+) -> ChainState:
+    """A state of the next period in which as many blocks are stuck as ever are, at time 0.
+
+    below : more than are.
+    """
     # in the middle of the longest time between two events in which they are, away from the events;
     # a state that is about there already stays where it is
     state = replace(state, time=0.0)
@@ -344,7 +357,10 @@ def _most_stuck(state: ChainState, period_time: float, tolerance: float | None) 
     changes = np.where(events["kind"] == "stick", 1, -1)
     stuck = np.sum(state.directions == 0) + np.cumsum(changes) - changes  # before each event
     lasting = np.diff(events["time"], prepend=events["time"][-1] - period_time)
-    most = stuck == stuck[lasting > 0].max()
+    allowed = (lasting > 0) & (stuck < below)
+    if not allowed.any():
+        raise InputError(f"below = {below:g}: so few blocks are never stuck")
+    most = stuck == stuck[allowed].max()
     longest = int(np.argmax(np.where(most, lasting, -1.0)))
     middle = float(events["time"][longest] - lasting[longest] / 2)
     if abs(middle) > _OFF_MIDDLE * lasting[longest]:
