@@ -57,6 +57,17 @@ def test_quiet_stretches_are_found_and_only_long_ones_last():
     assert analyse(*bursts(), quiet=0.001).small_share == 0.0
 
 
+def test_what_is_shorter_than_a_window_has_no_amplitude():
+    time = instants(300.0)
+    calm = 0.85 + 0.002 * np.sin(2 * np.pi * 0.7 * time)
+    for later, share in ((150.0, 1.0), (0.0, np.nan)):  # six frames are lost every 4 s
+        seen = (np.arange(time.size) % 96 >= 6) | (time < later)
+        with pytest.warns(UserWarning, match="s are in pieces too short to tell their amplitude"):
+            recording = analyse(time[seen], calm[seen])
+        assert recording.small_share == pytest.approx(share, nan_ok=True)
+        assert "large" not in recording.spectra
+
+
 def test_few_changes_of_amplitude_are_told():
     quiet = [(begin, begin + 20.0) for begin in range(20, 600, 40)]
     with pytest.warns(UserWarning, match="the amplitude changes for long 9 times: intervals hold"):
@@ -91,7 +102,7 @@ def test_a_recording_of_short_pieces_alone_is_refused():
         analyse(time[seen], x[seen])
     with pytest.warns(UserWarning, match="gaps are"):  # pieces of 3 s do not tell of 5 s
         seen = analyse(time[time % 4 < 3], x[time % 4 < 3])
-    assert seen.small_share == 0
+    assert np.isnan(seen.small_share)
 
 
 # --- errors ---------------------------------------------------------------------------------------

@@ -268,6 +268,18 @@ def test_what_is_said_of_an_event_that_comes_or_goes(kind, appears, at_once, say
     assert special == (6.0, end, 2, says)
 
 
+def test_a_branch_goes_on_where_the_time_of_most_stuck_blocks_ends():
+    """There a stick and a slip change their order, and all else is smooth."""
+    chain = ChainParameters(3, 25.0, viscosity=0.02)
+    orbit = periodic_orbit(chain, duration=20_000, transient=15_000)
+    whole = orbit_branch(orbit, lower=24.9, upper=25.0)
+    assert whole.lower_end.kind == "fold" and whole.lower == pytest.approx(24.9603936, abs=1e-6)
+    beyond = whole.orbits[1]
+    assert beyond.parameters.belt_velocity < 24.97335
+    again = orbit_branch(beyond, lower=beyond.parameters.belt_velocity, upper=25.0)
+    assert again.orbits[-1].period_time == pytest.approx(orbit.period_time, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("multipliers", "kind", "says"),
     [

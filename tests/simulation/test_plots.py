@@ -227,6 +227,19 @@ def test_chains_that_differ_in_blocks_method_or_time_step_are_no_replicates():
     for name, values in (means | {"tolerance": [1e-10, 1e-9]}).items():
         drawn_lines = Results(two | {name: np.array(values * 3)}, {}).plot().lines
         assert [line.get_ydata().tolist() for line in drawn_lines] == [[0, 2, 4], [1, 3, 5]]
+    methods = {
+        "method": np.array(["event", "verlet"] * 3),
+        "tolerance": np.array([1e-10, np.nan] * 3),
+    }
+    both = Results(two | methods, {})
+    for by in (None, "tolerance", "method"):
+        assert [line.get_ydata().tolist() for line in both.plot(by=by).lines] in (
+            [[0, 2, 4], [1, 3, 5]],
+            [[1, 3, 5], [0, 2, 4]],
+        )
+    masses = columns(Setup([ChainParameters(2, 5.0, mass=mass) for mass in ((1, 2), 1)]))
+    some = Results(masses | {"disorder_parameter": np.arange(2.0)}, {})
+    assert some.plot(where={"mass": 1}).lines[0].get_ydata().tolist() == [1]
 
 
 def test_a_small_value_is_no_other_one():

@@ -1,5 +1,6 @@
 """What results show in one panel: drawn into given axes, which their methods return."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -45,7 +46,7 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     abscissa, ordinate = (_column(table, *one, "biuf")[chosen] for one in (("x", x), ("y", y)))
     by = differing if by is None else by
     by = [by] if isinstance(by, str) else list(by)
-    columns = [_column(table, "by", name)[chosen].tolist() for name in by]
+    columns = [_without_nan(_column(table, "by", name)[chosen].tolist()) for name in by]
     keys = list(zip(*columns, strict=True)) if by else [()] * len(abscissa)
     curves = sorted(set(keys))
     if len(curves) > 1 and "color" in look:
@@ -136,6 +137,8 @@ def _chosen(table: Any, where: Mapping[str, Any] | None) -> np.ndarray:
         is_word = column.dtype.kind == "U"
         if is_word and checks.is_sequence(value):  # the constants of the blocks of a chain
             value = _in_words(checks.series(f"where: {name}", value))
+        elif is_word and name in QUANTITIES and checks.is_real(value):  # the same for all of them
+            value = np.array([_in_words(np.full(n, float(value))) for n in table["n_blocks"]])
         value = value if is_word else checks.finite_number(f"where: {name}", value)
         chosen &= column == value if is_word else np.isclose(column, value, 1e-9, 0)
         if not chosen.any():
@@ -150,12 +153,19 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
     """
     columns = _columns(table)
     compared = [*_COMPARED, *["initial_spread"] * ("way" not in columns)]  # of its first value
-    many = {name: np.unique(columns[name][chosen]).size for name in compared if name in columns}
+    kept = {name: columns[name][chosen].tolist() for name in compared if name in columns}
+    # a method without a tolerance has NaN
+    many = {name: len({one for one in values if one == one}) for name, values in kept.items()}
     differing = sorted((name for name in many if many[name] > 1), key=lambda name: -many[name])
     if x is None:
         numbers = (name for name in differing if columns[name].dtype.kind != "U")
         x = next(numbers, "belt_velocity")
     return x, [name for name in differing if name != x]
+
+
+def _without_nan(values: list) -> list:
+    """Values of which each is equal to itself: -inf for NaN, as of a method without tolerance."""
+    return [one if one == one else -math.inf for one in values]
 
 
 def _warn_of_starts(table: Any, chosen: np.ndarray) -> None:

@@ -63,9 +63,10 @@ class Regimes:
     weight_s: np.ndarray  # time that each sample stands for, without gaps
     disorder_parameter: float  # r = standard deviation of x_N over its mean (Eq. 4)
     mean_length: float  # of x_N, metres
-    small_share: float  # share of the time with small amplitude
+    small_share: float  # share of the time with small amplitude, in that with small or large one
     lasting_share: float  # share of the time in those stretches of it that last
     small: np.ndarray  # which samples have a small amplitude
+    large: np.ndarray  # and a large one; those in pieces shorter than a window have neither
     small_s: np.ndarray  # begin and end of the stretches of small amplitude
     lasting_s: np.ndarray  # those of them that last
     lively_s: np.ndarray  # begin and end of the stretches between those that last
@@ -148,7 +149,9 @@ def analyse(
         span, one = np.ptp(time), spectra[WHOLE]
         used = f"the spectrum of the whole is of {one.end_s - one.begin_s:.3g} s without one"
         missing = f"{span - parts.observed_s:.3g} s of {span:.3g} s of the recording"
-        warnings.warn(f"gaps are {missing}: {used}", stacklevel=2)
+        untold = parts.weight_s[~(parts.small | parts.large)].sum()
+        pieces = f"; {untold:.3g} s are in pieces too short to tell their amplitude" * bool(untold)
+        warnings.warn(f"gaps are {missing}: {used}{pieces}", stacklevel=2)
     return Recording(**vars(parts), time_s=time, x_m=position,
                      disorder=disorder, length=length, spectra=spectra)  # fmt: skip
 
@@ -181,10 +184,12 @@ def regimes(
     weight = np.pad(halves, (1, 0)) + np.pad(halves, (0, 1))
     mean = float(np.average(position, weights=weight))
     spread = float(np.sqrt(np.average((position - mean) ** 2, weights=weight)))
-    parts, small = _pieces(time, interval), np.zeros(time.size, dtype=bool)
+    parts, small, large = _pieces(time, interval), *np.zeros((2, time.size), dtype=bool)
     for one in parts:  # one that is shorter than the window does not tell its amplitude
         if len(parts) == 1 or np.ptp(time[one]) >= window_s:
             small[one] = _is_small(time[one], position[one], interval, window_s, quiet)
+            large[one] = ~small[one]
+    told = weight[small | large].sum()
     small_s = stretches(time, small, longest)
     lasting = small_s[np.diff(small_s, axis=1)[:, 0] > lasting_s]
     in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
@@ -193,9 +198,10 @@ def regimes(
         weight_s=weight,
         disorder_parameter=spread / mean,
         mean_length=mean,
-        small_share=float(weight[small].sum() / weight.sum()),
+        small_share=float(weight[small].sum() / told) if told else math.nan,
         lasting_share=float(weight[in_lasting].sum() / weight.sum()),
         small=small,
+        large=large,
         small_s=small_s,
         lasting_s=lasting,
         lively_s=stretches(time, ~in_lasting, longest),
@@ -249,9 +255,9 @@ def _is_small(
 
 def _spectra(time: np.ndarray, position: np.ndarray, parts: Regimes) -> dict[str, Spectrum]:
     """Spectra of the whole, and of the longest stretches of each kind."""
-    small, longest = parts.small, LONGEST_GAP * parts.interval_s
+    small, large, longest = parts.small, parts.large, LONGEST_GAP * parts.interval_s
     spectra = {}
-    for name, chosen in ((WHOLE, np.ones_like(small)), (SMALL, small), (LARGE, ~small)):
+    for name, chosen in ((WHOLE, np.ones_like(small)), (SMALL, small), (LARGE, large)):
         spans = stretches(time, chosen, longest)
         begin, end = max(spans, key=np.ptp, default=(math.inf, math.inf))
         inside = (time >= begin) & (time <= end)
