@@ -88,6 +88,8 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert version_of() == f"1.2+g{commit}.dirty"
     (provenance.ROOT / "b.py").rename(provenance.ROOT / "a.py")
     assert version_of() == f"1.2+g{commit}.dirty"
+    git(tmp_path, "update-index", "--assume-unchanged", "src/beltrepro/a.py")
+    assert version_of() == f"1.2+g{commit}.dirty"
     parts = [provenance.origin() | {"code_version": number} for number in ("1.0", "1.1")]
     assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0; 1.1"
 

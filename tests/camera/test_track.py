@@ -1,5 +1,6 @@
 """Tracking at a known scale: places to parts of a pixel, lost frames, refusals in one line."""
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -88,6 +89,27 @@ def test_frames_without_the_block_are_lost_and_told(tmp_path):
     np.testing.assert_allclose(tracked.lost_s, np.array(times) / RATE, atol=1e-3)
     assert len(tracked.time_s) == len(frames) - 25
     assert rms(errors(tracked)) < 0.1
+
+
+def copied(path, other, lost=()):
+    """The film in another file, without some of its packets."""
+    with av.open(str(path)) as film, av.open(str(other), "w") as copy:
+        stream = copy.add_stream_from_template(film.streams.video[0])
+        for number, packet in enumerate(film.demux(video=0)):
+            if packet.dts is not None and number not in lost:
+                packet.stream = stream
+                copy.mux(packet)
+    return other
+
+
+def test_packets_that_a_file_lost_and_films_that_were_joined_are_told(tmp_path):
+    path = written(tmp_path / "a.mp4", WHOLE)
+    with pytest.warns(UserWarning, match="frames are missing 1 times, first at 1.62 s; if the file"):
+        track(copied(path, tmp_path / "b.mp4", range(40, 50)), **KNOWN)
+    twice = tmp_path / "c.ts"
+    twice.write_bytes(2 * copied(path, tmp_path / "d.ts").read_bytes())
+    with pytest.warns(UserWarning, match="9. frames that are no later than others left out"):
+        track(twice, **KNOWN)
 
 
 @pytest.mark.parametrize(

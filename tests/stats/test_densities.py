@@ -1,5 +1,6 @@
 """Densities, power laws and spectra of series with closed forms: values, intervals, few data."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -61,6 +62,16 @@ def test_the_interval_of_an_exponent_is_that_of_few_stretches_or_series(series, 
     assert share_that_holds(-1.4, made) >= 0.8
     assert np.mean([one.value for one in made]) == pytest.approx(-1.4, abs=0.05)
     assert {one.runs for one in made} == {runs}
+
+
+def test_bins_narrower_than_the_step_of_the_values_are_told():
+    values = np.random.default_rng(0).zipf(2.0, 4000).astype(float)
+    with pytest.warns(
+        UserWarning, match="values in steps of 1: bins below 2.2 hold one of them or"
+    ):
+        density(values)
+    with warnings.catch_warnings(action="error"):
+        density(values * np.random.default_rng(1).random(4000))
 
 
 def test_a_spectrum_of_too_little_says_what_is_needed():

@@ -51,22 +51,25 @@ def code_version() -> str:
 def _commit_of_git(tree: Path) -> str:
     """The commit that is checked out; empty if git is not there, or tracks something else."""
     tracked = ["ls-files", "--error-unmatch", str(ROOT.relative_to(tree))]
-    new = ["ls-files", "--others", "--exclude-standard", "--", *map(str, _code(tree))]
+    listed = ["ls-files", "-v", "--cached", "--others", "--exclude-standard", "--"]
+    listed += map(str, _code(tree))
     described = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
     # git asks whose the tree is before it reads settings in it; code of the tree runs here already
     git = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(tree)]
     # hooks and `git rebase --exec` name their own repository and index in variables
     own = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     try:
-        _, others, commit = (
+        _, files, commit = (
             subprocess.run(
                 [*git, *words], capture_output=True, text=True, env=own, check=True
             ).stdout.strip()
-            for words in (tracked, new, described)
+            for words in (tracked, listed, described)
         )
     except (OSError, subprocess.CalledProcessError):
         return ""
-    return commit.removesuffix(".dirty") + ".dirty" * (bool(others) or commit.endswith(".dirty"))
+    # new files, and those that git was asked not to look at, have another letter than H
+    is_edited = commit.endswith(".dirty") or any(line[:2] != "H " for line in files.splitlines())
+    return commit.removesuffix(".dirty") + ".dirty" * is_edited
 
 
 def _code(tree: Path) -> tuple[Path, Path]:
@@ -75,15 +78,15 @@ def _code(tree: Path) -> tuple[Path, Path]:
 
 
 def _commit_of_archive(tree: Path) -> str:
-    """The commit of `git archive`, which gives all files its time: a younger one was edited."""
+    """The commit of `git archive`, which gives all files its time: one of another was edited."""
     path = tree / COMMIT_FILE
     text = path.read_text(encoding="utf-8") if path.is_file() else ""
     if not (node := re.search(r"^node: ([0-9a-f]{12})", text, re.M)):
         return ""
-    latest = path.stat().st_mtime + 10  # unpacked without the times, files follow in seconds
+    unpacked = path.stat().st_mtime  # without the times, files follow in seconds
     code = (file for folder in _code(tree) for file in folder.rglob("*.*"))
     kept = (file for file in code if "__pycache__" not in file.parts)
-    is_edited = any(file.stat().st_mtime > latest for file in kept)
+    is_edited = any(abs(file.stat().st_mtime - unpacked) > 10 for file in kept)
     return node[1] + ".dirty" * is_edited
 
 

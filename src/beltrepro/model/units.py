@@ -114,7 +114,7 @@ def _read(value: Any, quantity: Any) -> tuple[Any, float]:
     size = SI[names.one_of("quantity", unit, [*SI, *UNIT_OF])][0]
     if checks.is_real(value):
         floats = isinstance(value, float | np.floating)  # which may be infinite
-        return value if floats else checks.finite_number("value", value), size
+        return float(value) if floats else checks.finite_number("value", value), size
     if (value := checks.as_numbers(given := value)).ndim:
         return value, size
     raise InputError(f"value = {checks.shown(given)}: a number or an array of them is needed")

@@ -26,6 +26,7 @@ from beltrepro.model.friction import noise_beyond_event
 from beltrepro.model.parameters import LIMITS
 from beltrepro.simulation.grid import QUANTITIES, Grid
 
+provenance.code_version()  # noted as the code is loaded: another may be checked out later
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 PerChain: TypeAlias = T | Sequence[T]
@@ -225,7 +226,6 @@ def with_setup(function: F, more: Sequence[str] = ()) -> F:
 
 def setup_of(chains: Chains, keywords: Mapping[str, Any]) -> Setup:
     """The setup that a function is given, or that it makes of chains and keywords."""
-    provenance.origin()  # noted now: another commit may be checked out before results are saved
     if not isinstance(chains, Setup):
         return Setup(chains, **keywords)
     if keywords:

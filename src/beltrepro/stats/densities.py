@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.special import boxcox
 
 from beltrepro.base import checks, names
-from beltrepro.base.errors import InputError, NotEnoughDataError, require
+from beltrepro.base.errors import InputError, NotEnoughDataError, require, warn
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
 from beltrepro.stats.power_law import (
@@ -25,6 +25,7 @@ from beltrepro.stats.power_law import (
     fit_log_log,
     goodness_of_fit,
     independent_values,
+    step_of,
 )
 
 FINE_BINS = 10  # a decade, in which the most probable value is looked for
@@ -228,7 +229,12 @@ def density(values: ChainValues | npt.ArrayLike, bins_per_decade: int = 5) -> De
         The values are no finite numbers, or there are no bins; no value is above 0.
     """
     bins = checks.within("bins_per_decade", checks.key("bins_per_decade", bins_per_decade), ge=1)
-    return Density._of(_independent(values), int(bins))
+    sample = _independent(values)
+    made = Density._of(sample, int(bins))
+    if made.width[0] < (step := step_of(np.sort(sample.values[sample.values > 0]))):
+        narrow = f"bins below {step * made.centre[0] / made.width[0]:.2g} hold one of them or none"
+        warn(f"values in steps of {step:.3g}: {narrow}, and a law through them is not theirs")
+    return made
 
 
 def most_probable(values: np.ndarray) -> float:

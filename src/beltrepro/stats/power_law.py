@@ -119,7 +119,7 @@ def goodness_of_fit(
         count >= LEAST_VALUES, f"{count} values above {lows[-1]:.3g}, {LEAST_VALUES} are needed"
     )
     high = float(values[-1])
-    step = _step(values)
+    step = step_of(values)
     rounded = f"values in steps of {step:.3g}"
     if step < 1e-9 * high:  # as of periodic motion, which repeats itself up to rounding
         rounded = f"only {1 + np.count_nonzero(np.diff(values) > 1e-9 * high)} distinct values"
@@ -141,7 +141,7 @@ def goodness_of_fit(
     return NearestLaw(exponent, low, high, further / samples)
 
 
-def _step(values: np.ndarray) -> float:
+def step_of(values: np.ndarray) -> float:
     """The step of values in rising order that are rounded so far that most are there twice, or 0.
 
     Their steps, and not the law, would decide how far they lie from it.

@@ -21,6 +21,8 @@ from beltrepro.base.errors import InputError
 SUFFIXES = (".mp4", ".mov", ".mkv")
 # Instants are multiples of this: the common frame rates (24, 25, 30, 50, 60) are exact in it.
 _TICK = Fraction(1, 90_000)
+_FEW_EARLY = 2  # frames out of order, as at the begin of some films
+_MISSED = 1.5  # steps between frames, over the usual one, where one is missing
 _SOUND_S = 1.0  # by which the sound of a film may be longer than its pictures, which is no fault
 # What every player shows: brightness, and colours at half as many points along each side.
 _PIXELS, _NO_COLOUR = "yuv420p", 128
@@ -70,12 +72,15 @@ def read_video(path: str | Path) -> Iterator[Frame]:
 
     Colours become brightness, and a picture that a phone marks as turned is turned. A frame that is
     no later than the one before is left out. So are, with a warning, a damaged one and those that
-    rest on it, up to the next whole picture; a video that breaks off ends there.
+    rest on it, up to the next whole picture; a video that breaks off ends there. A warning tells of
+    times without frames before pictures that are not whole: a decoder cannot tell whether the
+    camera left them out, or the file has lost them.
     """
     path = checks.path("video", path)
     reading.opened(path).close()  # one line for what is no file
     first, last, to_grey = math.nan, -math.inf, VideoReformatter()
     is_whole, count, left_out, announced = True, 0, [], 0.0
+    early, times, rests = 0, [], []  # frames out of order; those read: when, and on others or not
     with suppress(av.FFmpegError), av.open(f"file:{path}") as container:
         announced = _seconds(container)
         for frame in _decoded(container):
@@ -84,8 +89,11 @@ def read_video(path: str | Path) -> Iterator[Frame]:
                 continue
             is_whole = not frame.is_corrupt and (is_whole or bool(frame.key_frame))
             if frame.time is None or frame.time <= last:
+                early += 1
                 continue
             first, last = frame.time if math.isnan(first) else first, frame.time
+            times.append(frame.time)
+            rests.append(not frame.key_frame)
             if is_whole:
                 picture = to_grey.reformat(frame, format="gray").to_ndarray()
                 picture = np.rot90(picture, round(frame.rotation / 90))
@@ -98,6 +106,16 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     if left_out:
         many = f"{len(left_out)} of {count + len(left_out)}, from {left_out[0]:.3g} s on"
         warnings.warn(f"{path}: damaged; frames left out: {many}", stacklevel=2)
+    if early > _FEW_EARLY:
+        warnings.warn(
+            f"{path}: {early} frames that are no later than others left out", stacklevel=2
+        )
+    steps = np.diff(times)
+    lost = np.flatnonzero((steps > _MISSED * np.median(steps)) & rests[1:]) if len(steps) else steps
+    if lost.size and not left_out:
+        where = f"{lost.size} times, first at {times[int(lost[0])] - first:.3g} s"
+        rest = "if the file lost them, places up to the next whole picture are wrong"
+        warnings.warn(f"{path}: frames are missing {where}; {rest}", stacklevel=2)
     if last - first < announced - _SOUND_S:
         ends = f"it ends at {last - first:.3g} s of {announced:.3g} s"
         warnings.warn(f"{path}: damaged or cut: {ends}", stacklevel=2)
