@@ -104,7 +104,7 @@ def copied(path, other, lost=()):
 
 def test_packets_that_a_file_lost_and_films_that_were_joined_are_told(tmp_path):
     path = written(tmp_path / "a.mp4", WHOLE)
-    with pytest.warns(UserWarning, match="frames are missing 1 times, first at 1.62 s; if the file"):
+    with pytest.warns(UserWarning, match="frames are missing 1 times, first at 1.62 s; if the"):
         track(copied(path, tmp_path / "b.mp4", range(40, 50)), **KNOWN)
     twice = tmp_path / "c.ts"
     twice.write_bytes(2 * copied(path, tmp_path / "d.ts").read_bytes())

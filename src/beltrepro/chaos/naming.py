@@ -112,7 +112,7 @@ def classify(
         One chain or P chains; only the method "event" has a tangent dynamics.
     duration, transient : float
         Model time of each run, and of its first part; the rest is judged. A period must fit in it
-        twice.
+        three times.
     noise_clock : str
         As in `lyapunov_spectrum`.
     on_error, store : str, str or Path
