@@ -242,6 +242,16 @@ def test_chains_that_differ_in_blocks_method_or_time_step_are_no_replicates():
     assert some.plot(where={"mass": 1}).lines[0].get_ydata().tolist() == [1]
 
 
+def test_crossings_of_several_sections_are_no_one_density():
+    chains = [ChainParameters(3, 10.0, 1.0)] * 2
+    how = {"duration": 400, "transient": 100, "replicate": [1, 2]}
+    both = scan(chains, section_position=[300.0, 305.0], **how)
+    with pytest.raises(InputError, match=r"where=\{'section_position': 300\}"):
+        both.plot_section()
+    both.plot_section(where={"section_position": 300.0})
+    scan(chains, **how).plot_section()
+
+
 def test_a_small_value_is_no_other_one():
     table = Results(
         columns(Setup(Grid(2, [1e-9, 5e-9]))) | {"disorder_parameter": np.arange(2.0)}, {}

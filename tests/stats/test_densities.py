@@ -64,6 +64,12 @@ def test_the_interval_of_an_exponent_is_that_of_few_stretches_or_series(series, 
     assert {one.runs for one in made} == {runs}
 
 
+@pytest.mark.parametrize("chain", [np.ma.array([1, 1, 2], mask=[0, 1, 0]), [1.0, np.nan, 2.0]])
+def test_labels_that_are_missing_are_no_chain(chain):
+    with pytest.raises(InputError, match="chain: some values have no chain"):
+        ChainValues([1.0, 2.0, 3.0], chain)
+
+
 def test_bins_narrower_than_the_step_of_the_values_are_told():
     values = np.random.default_rng(0).zipf(2.0, 4000).astype(float)
     with pytest.warns(

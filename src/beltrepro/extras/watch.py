@@ -57,13 +57,13 @@ class Watched:
         self._begin_anew()
 
     def _begin_anew(self) -> None:
-        """r is of x_N from here on, by the sums of its powers about where it is now."""
-        self._origin, self._powers = self.seen[1, -1], np.array([1.0, 0.0, 0.0])
+        """r is of x_N from here on, by the integrals of its powers about where it is now."""
+        self._origin, self._powers = self.seen[1, -1], np.zeros(3)
 
     @property
     def disorder_parameter(self) -> float:
         """Of x_N since the belt velocity or the noise changed."""
-        mean, square = self._powers[1:] / self._powers[0]
+        mean, square = self._powers[1:] / max(self._powers[0], np.finfo(float).tiny)
         return float(np.sqrt(max(square - mean**2, 0.0)) / (self._origin + mean))
 
     def advance(self, duration: float, **changed: Any) -> None:
@@ -78,7 +78,7 @@ class Watched:
             now = [[self.state.time], [self.state.positions[-1]]]
             passed = np.array([run.time, run.positions[:, -1]])
             away = (passed if passed.size else np.array(now))[1] - self._origin
-            self._powers += [away.size, away.sum(), (away**2).sum()]
+            self._powers += duration * np.array([1.0, away.mean(), (away**2).mean()])
             seen = np.hstack([self.seen, passed, now])
             self.seen = seen[:, seen[0] >= self.state.time - _CURVE / TIME_S]
 

@@ -82,6 +82,11 @@ def section(
         raise InputError(f"{name} has several values, a density is of one: {one}")
     if not np.isfinite(velocity).any():
         raise InputError("section_velocity: no chain crosses its section")
+    if "section_position" in table:
+        pairs = set(zip(abscissa.tolist(), table["section_position"][chosen].tolist(), strict=True))
+        if len(pairs) > len(set(abscissa.tolist())):
+            one = f"where={{'section_position': {min(pairs)[1]:.12g}}}"
+            raise InputError(f"section_position has several values, a density is of one: {one}")
     if bins is None and "section_histogram" in table:
         edges, counts = table.settings["section_bins"], table["section_histogram"][chosen]
     else:

@@ -58,7 +58,10 @@ class ChainValues:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", checks.series("values", self.values))
+        masked = np.ma.is_masked(self.chain)
         object.__setattr__(self, "chain", np.asarray(self.chain))
+        if masked or (self.chain.dtype.kind == "f" and np.isnan(self.chain).any()):
+            raise InputError("chain: some values have no chain: their labels are masked, or NaN")
         if self.chain.dtype.kind == "O" and not any(
             all(isinstance(label, kind) for label in self.chain.flat) for kind in (Real, str)
         ):
