@@ -74,6 +74,10 @@ def test_few_changes_of_amplitude_are_told():
         analyse(*bursts(200.0, quiet[:5]))
     with warnings.catch_warnings(action="error"):
         analyse(*bursts(600.0, quiet))
+    time, calm = bursts(200.0, [(0.0, 200.0)])  # parted by gaps, and yet of one amplitude
+    with pytest.warns(UserWarning) as caught:
+        analyse(time[time % 50 > 1], calm[time % 50 > 1])
+    assert not any("changes" in str(warning.message) for warning in caught)
 
 
 @pytest.mark.parametrize("gap", [(60.0, 140.0), (100.0, 101.0)])

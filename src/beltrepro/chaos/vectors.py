@@ -106,7 +106,7 @@ def with_vectors(
     random = np.random.default_rng(chains.n_blocks).standard_normal((rows, n_vectors))
     directions = np.linalg.qr(random).Q
     vectors[:, :rows] = np.hstack([directions, directions[:, : int(across)]])
-    chains.set_deviations(vectors / _as_lengths(chains))
+    chains.set_deviations(vectors / _factors(chains))
     return chains
 
 
@@ -117,7 +117,7 @@ def as_lengths(chain: ChainParameters) -> np.ndarray:
     return np.concatenate([np.ones(chain.n_blocks), times])
 
 
-def _as_lengths(chains: TangentIntegrator) -> np.ndarray:
+def _factors(chains: TangentIntegrator) -> np.ndarray:
     """Factors (D, 1) of the rows of deviations, which may have a delay."""
     chain = chains.parameters[0]
     delay = [1 / slow_unit(chain)] * (chains.deviations().shape[1] - 2 * chains.n_blocks)
@@ -141,7 +141,7 @@ def grow(
     across : whether the last vector is not, but is kept across the flow: what is left of a
     deviation if a shift of time does not count, and grows by the largest nontrivial exponent.
     """
-    begin, factors = chains.time, _as_lengths(chains)
+    begin, factors = chains.time, _factors(chains)
     count = intervals_in(length) * times_as_fast(chains.parameters[0])
     growth: list[np.ndarray] = []
     for number in range(1, count + 1):

@@ -3,14 +3,11 @@
 import numpy as np
 
 from beltrepro.engine import event
-from beltrepro.engine.integrator import Integrator, force_unit
+from beltrepro.engine.integrator import TOLERANCE, Integrator, force_unit
 from beltrepro.engine.records import STORM
 from beltrepro.engine.vector import aligned, zeros
 from beltrepro.model.energy import times_as_fast
 
-# Last terms of the series of F_ex allowed at the end of a step: the last, and the one before it.
-# Below 1e-11 only rounding is left of the error.
-TOLERANCE = 1e-10
 # The same with noise, as a share of sqrt(q): its impulse in a time h has deviation sqrt(q h), and
 # is itself approximate.
 NOISE_SHARE = 1e-2

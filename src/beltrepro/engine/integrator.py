@@ -42,6 +42,10 @@ _CHUNK_SAMPLES = 4000  # about, at most
 _ROUNDING = 1e-9  # share of a chunk or an interval by which an instant may miss a multiple
 _UNSTABLE = "the time step is too long for springs so stiff: a shorter one is needed"
 _FROM_NOTHING = 0.5  # of the energy that a chain had and got: more than that only a scheme makes
+# Last terms of the series of F_ex allowed at the end of a step or a leap: the last, and the one
+# before it. The first that is left out moves a position by less, by two powers of the step and a
+# factor of some hundreds. Below 1e-11 only rounding is left of the error.
+TOLERANCE = 1e-10  # in units of `force_unit`
 _LARGEST_BUFFER = 2**30  # bytes; chunks of the longest chains need a tenth of that
 _EVENTS, _CROSSINGS = 4096, 1024  # room for those of a chain in a chunk, to begin with
 

@@ -84,9 +84,6 @@ from beltrepro.engine.taylor import (
 from beltrepro.engine.vector import inlined, kernel, maximum, minimum, separate_arrays, zeros
 
 _RESOLUTION = 1e-15  # share of a leap by which the instant of an event may be missed
-# Last terms of the series of F_ex allowed at the end of a leap. As for `event`: the first one that
-# is left out moves a position by less, by two powers of the leap and a factor of some hundreds.
-TOLERANCE = 1e-10
 # A turn due less than this share of a step after the end of a step may be due there: the curve
 # leaves out dt^4, and the scheme looks at positions that are rounded.
 _DOUBT = 1e-3
@@ -123,7 +120,7 @@ class SchemeGroup(NamedTuple):
     varied: Varied | None
     belt_velocity: np.ndarray  # (W,)
     time_step: float  # dt
-    log_tolerance: float  # to the base 2, of the last terms of the series of a leap
+    log_tolerance: float  # to the base 2, of the last terms of the series of F_ex at its end
     stiffest: float  # slope of a tension from which on no leaps are taken
     chains: SchemeChains
     noise: Noise | None

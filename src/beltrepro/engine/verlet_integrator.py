@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from beltrepro.engine import leaps
-from beltrepro.engine.integrator import Integrator, force_unit
+from beltrepro.engine.integrator import TOLERANCE, Integrator, force_unit
 from beltrepro.engine.law import of_blocks
 from beltrepro.engine.simd import LANES
 from beltrepro.engine.vector import zeros
@@ -58,7 +58,7 @@ class VerletIntegrator(Integrator):
             varied=of_blocks(self.parameters[0]) if literal else None,
             belt_velocity=self._belt_velocity,
             time_step=self.time_step,
-            log_tolerance=math.log2(leaps.TOLERANCE * force_unit(self.parameters[0])),
+            log_tolerance=math.log2(TOLERANCE * force_unit(self.parameters[0])),
             stiffest=_IMPACT_LIMIT / (_FREQUENCY * self.time_step**2),
             chains=self._chains,
             noise=noise,

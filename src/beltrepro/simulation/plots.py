@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import cycle
+from itertools import cycle, starmap
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ _SIZES = {
 }
 _COMPARED = (*QUANTITIES, "way", "method", "time_step", "tolerance")
 _MOST_LABELS = 8
+_NONE = -math.inf  # in a key of curves that are sorted
 _ROUNDING = 1e-9  # spread of a coordinate over its size, as rounding alone makes it
 _BINS = 120, 400  # of v_N, by how many crossings there are
 _MARKERS = {"periodic": "o", "irregular": "x", "equilibrium slip": "s"}
@@ -46,8 +47,10 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     abscissa, ordinate = (_column(table, *one, "biuf")[chosen] for one in (("x", x), ("y", y)))
     by = differing if by is None else by
     by = [by] if isinstance(by, str) else list(by)
-    columns = [_without_nan(_column(table, "by", name)[chosen].tolist()) for name in by]
-    keys = list(zip(*columns, strict=True)) if by else [()] * len(abscissa)
+    columns = [_column(table, "by", name)[chosen].tolist() for name in by]
+    keys = [tuple(map(_sortable, key)) for key in zip(*columns, strict=True)] or [()] * len(
+        abscissa
+    )
     curves = sorted(set(keys))
     if len(curves) > 1 and "color" in look:
         raise InputError("color: each of several curves has its own; where={...} leaves one")
@@ -56,7 +59,8 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     labelled = -(-len(curves) // _MOST_LABELS)
     for number, (curve, colour) in enumerate(zip(curves, colours, strict=True)):
         mine = np.array([key == curve for key in keys])
-        words = ", ".join(map(artists.valued, by, curve)) if number % labelled == 0 else ""
+        known = [pair for pair in zip(by, curve, strict=True) if pair[1] != _NONE]
+        words = ", ".join(starmap(artists.valued, known)) * (number % labelled == 0)
         how = {"color": colour, "label": words} | look
         artists.band(ax, abscissa[mine], ordinate[mine], **how)
     ax.set(xlabel=label_of(x), ylabel=label_of(y))
@@ -168,9 +172,9 @@ def _differing(table: Any, chosen: np.ndarray, x: str | None) -> tuple[str, list
     return x, [name for name in differing if name != x]
 
 
-def _without_nan(values: list) -> list:
-    """Values of which each is equal to itself: -inf for NaN, as of a method without tolerance."""
-    return [one if one == one else -math.inf for one in values]
+def _sortable(value: Any) -> Any:
+    """A value that is equal to itself: `_NONE` for NaN, as of a method without tolerance."""
+    return value if value == value else _NONE
 
 
 def _warn_of_starts(table: Any, chosen: np.ndarray) -> None:

@@ -140,7 +140,9 @@ def analyse(
         estimates.mapped(np.exp, estimates.from_stretches(partial(log, middle), moments))
         for log in (_log_disorder, _log_mean)
     )
-    changes = len(parts.lasting_s) + len(parts.lively_s) - 1
+    stretches_s = np.concatenate([parts.lasting_s, parts.lively_s])
+    lasts = np.argsort(stretches_s[:, 0]) < len(parts.lasting_s)  # in their order
+    changes = np.count_nonzero(np.diff(lasts))
     if 0 < changes < _FEW_CHANGES and math.isfinite(disorder.low):
         rarely = "intervals hold r in fewer than 95 of 100 such recordings (docs/experiment.md)"
         warnings.warn(f"the amplitude changes for long {changes} times: {rarely}", stacklevel=2)
@@ -189,7 +191,7 @@ def regimes(
         if len(parts) == 1 or np.ptp(time[one]) >= window_s:
             small[one] = _is_small(time[one], position[one], interval, window_s, quiet)
             large[one] = ~small[one]
-    told = weight[small | large].sum()
+    judged_s = weight[small | large].sum()
     small_s = stretches(time, small, longest)
     lasting = small_s[np.diff(small_s, axis=1)[:, 0] > lasting_s]
     in_lasting = np.any((time >= lasting[:, :1]) & (time <= lasting[:, 1:]), axis=0)
@@ -198,7 +200,7 @@ def regimes(
         weight_s=weight,
         disorder_parameter=spread / mean,
         mean_length=mean,
-        small_share=float(weight[small].sum() / told) if told else math.nan,
+        small_share=float(weight[small].sum() / judged_s) if judged_s else math.nan,
         lasting_share=float(weight[in_lasting].sum() / weight.sum()),
         small=small,
         large=large,

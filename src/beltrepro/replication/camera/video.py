@@ -110,12 +110,13 @@ def read_video(path: str | Path) -> Iterator[Frame]:
         warnings.warn(
             f"{path}: {early} frames that are no later than others left out", stacklevel=2
         )
-    steps = np.diff(times)
-    lost = np.flatnonzero((steps > _MISSED * np.median(steps)) & rests[1:]) if len(steps) else steps
-    if lost.size and not left_out:
-        where = f"{lost.size} times, first at {times[int(lost[0])] - first:.3g} s"
-        rest = "if the file lost them, places up to the next whole picture are wrong"
-        warnings.warn(f"{path}: frames are missing {where}; {rest}", stacklevel=2)
+    if count > 1 and not left_out:
+        steps = np.diff(times)
+        missing = np.flatnonzero((steps > _MISSED * np.median(steps)) & rests[1:])
+        if missing.size:
+            where = f"{missing.size} times, first at {times[missing[0]] - first:.3g} s"
+            wrong = "if the file lost them, places up to the next whole picture are wrong"
+            warnings.warn(f"{path}: frames are missing {where}; {wrong}", stacklevel=2)
     if last - first < announced - _SOUND_S:
         ends = f"it ends at {last - first:.3g} s of {announced:.3g} s"
         warnings.warn(f"{path}: damaged or cut: {ends}", stacklevel=2)
