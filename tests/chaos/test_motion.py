@@ -155,13 +155,21 @@ def test_the_clock_of_the_noise_is_told_to_the_vectors():
 
 
 def test_the_unit_of_time_changes_no_name_and_no_error():
+    """Also where a shift of time is taken out."""
     one, other = (
-        classify(ChainParameters(20, 5.0 / time, mass=time**2), duration=2400 * time,
-                 transient=500 * time)
+        classify(ChainParameters(5, 17 / time, mass=time**2), duration=3000 * time,
+                 transient=1000 * time)
         for time in (1.0, 0.01)
     )  # fmt: skip
-    assert one.state == other.state == "chaotic"
-    assert 0.5 < 0.01 * other.standard_error / one.standard_error < 2
+    assert one.state == other.state
+    for name in ("largest_exponent", "nontrivial_exponent", "standard_error", "nontrivial_error"):
+        assert 0.01 * getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-3)
+
+
+def test_chains_of_several_units_of_time_have_exponents_in_one_table():
+    chains = [ChainParameters(2, 10.0), ChainParameters(2, 1000.0, mass=1e-4)]
+    spectra = lyapunov_spectrum(chains, duration=300, transient=100, n_exponents=2)
+    assert spectra["growth"].shape == (2, 10, 2) and spectra["interval"] == 20
 
 
 # --- where nothing happens ---

@@ -9,7 +9,7 @@ from scipy import stats
 from advancing import sliding
 from beltrepro import ChainParameters, ChainState, classify, simulate, slipping_state, time_to_orbit
 from beltrepro.base.errors import InputError
-from beltrepro.chaos.irregular import SCATTERS, WIDEST, disturbance, scatters
+from beltrepro.chaos.irregular import SCATTERS, WIDEST, _Run, disturbance, scatters
 from beltrepro.chaos.vectors import INTERVAL
 from beltrepro.simulation.setup import Case
 
@@ -119,6 +119,19 @@ def test_modes_tell_whether_friction_that_falls_for_some_blocks_ends_a_swing():
         chain = ChainParameters(2, 50.0, viscosity=viscosity, **law)
         start = ChainState.in_motion(chain, [550.0, 1080.0], [3.0, -2.0])
         assert time_to_orbit(chain, duration=8000, initial_state=start)["state"][0] == state
+
+
+def test_a_balance_that_is_not_stable_is_no_end():
+    chain = ChainParameters(2, 50.0, weakening_velocity=100.0, **LINEAR)
+    start = {"initial_state": ChainState.at_balance(chain)}
+    assert time_to_orbit(chain, duration=3000, **start)["state"][0] == "irregular"
+    assert classify(chain, duration=3000, transient=500, **start).state == "transient"
+
+
+def test_an_orbit_begins_after_a_slip_that_lasted():
+    slips = np.array([1.0, 500.0, 510.0, 520.0]), np.zeros(4, dtype=int)
+    run = _Run(Case(SWINGS[0][1], "event", 0.001, None), 0.0, slipped=False, slips=[slips])
+    assert run._repeats_since(1, 10.0) == 500
 
 
 DISTURBED = [{"method": "verlet", "time_step": step} for step in (1e-3, 4e-3)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from beltrepro import ChainParameters, ChainState, mode_energies, simulate, sliding_energy
-from beltrepro.model.energy import normal_modes, swings_grow
+from beltrepro.model.energy import normal_modes, slips_for_good, swings_grow
 from beltrepro.model.spring import (
     balance_tension,
     external_force,
@@ -105,3 +105,12 @@ def test_the_lowest_mode_is_that_of_all_blocks_together():
 def test_swings_grow_where_friction_falls_faster_than_viscosity_rises(law, grow):
     chain = ChainParameters(3, 50.0, rest_length=500.0, linear_limit=np.inf, **law)
     assert swings_grow(chain) == grow
+
+
+def test_swings_of_which_only_small_ones_are_damped_end_if_they_are_small():
+    """Friction falls faster with the lower speeds that a large swing reaches."""
+    law = {"weakening_velocity": 1000.0, "viscosity": 0.02917}
+    chain = ChainParameters(1, 50.0, rest_length=500.0, linear_limit=np.inf, **law)
+    balance = [500 + KINETIC / 1.05 + 0.02917 * 50]
+    assert slips_for_good(chain, np.array(balance), np.array([0.2]))
+    assert not slips_for_good(chain, np.array(balance), np.array([15.0]))
