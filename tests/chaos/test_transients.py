@@ -10,6 +10,7 @@ from advancing import sliding
 from beltrepro import ChainParameters, ChainState, classify, simulate, slipping_state, time_to_orbit
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import SCATTERS, WIDEST, _Run, disturbance, scatters
+from beltrepro.chaos.naming import ends_in_slip
 from beltrepro.chaos.vectors import INTERVAL
 from beltrepro.simulation.setup import Case
 
@@ -125,13 +126,14 @@ def test_a_balance_that_is_not_stable_is_no_end():
     chain = ChainParameters(2, 50.0, weakening_velocity=100.0, **LINEAR)
     start = {"initial_state": ChainState.at_balance(chain)}
     assert time_to_orbit(chain, duration=3000, **start)["state"][0] == "irregular"
+    assert not ends_in_slip(start["initial_state"], 0.0, 500.0, returned=True)
     assert classify(chain, duration=3000, transient=500, **start).state == "transient"
 
 
 def test_an_orbit_begins_after_a_slip_that_lasted():
-    slips = np.array([1.0, 500.0, 510.0, 520.0]), np.zeros(4, dtype=int)
+    slips = np.array([1.0, 60.0, 70.0, 80.0]), np.zeros(4, dtype=int)
     run = _Run(Case(SWINGS[0][1], "event", 0.001, None), 0.0, slipped=False, slips=[slips])
-    assert run._repeats_since(1, 10.0) == 500
+    assert run._repeats_since(1, 10.0) == 60
 
 
 DISTURBED = [{"method": "verlet", "time_step": step} for step in (1e-3, 4e-3)]
