@@ -5,6 +5,7 @@ import importlib
 import inspect
 import os
 import re
+import shutil
 import subprocess
 import time
 from pathlib import Path
@@ -16,6 +17,7 @@ from beltrepro.base import provenance, store
 from beltrepro.engine import vector
 
 ENGINE = Path(vector.__file__).parent
+ROOT = Path(__file__).parents[2]
 EVENT = np.dtype([("time", "f8"), ("block", "i8"), ("kind", "U5"), ("place", "f8", (3,))])
 EVENTS = np.array([(0.5, 1, "slip", (1, 2, 3)), (0.7, 5, "stick", (4, 5, 6))], dtype=EVENT)
 ARRAYS = {
@@ -84,6 +86,7 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert version_of() == f"1.2+g{commit}"
     (tmp_path / "notes.txt").write_text("files that git does not follow change nothing")
     assert version_of() == f"1.2+g{commit}"
+    (tmp_path / ".git" / "info" / "exclude").write_text("b.py")
     (provenance.ROOT / "b.py").write_text("new = 1\n")
     assert version_of() == f"1.2+g{commit}.dirty"
     (provenance.ROOT / "b.py").rename(provenance.ROOT / "a.py")
@@ -110,23 +113,58 @@ def test_the_commit_is_that_of_the_tree_whoever_asks_and_owns_it(version_of, tmp
         assert version_of() == f"1.2+g{commit}"
 
 
-@pytest.mark.parametrize(
-    ("text", "commit"), [(f"node: {'0a' * 20}\n", "0a" * 20), ("node: $Format:%H$\n", ""), ("", "")]
-)
 def test_an_archive_without_git_names_its_commit_and_changes_to_it(
-    version_of, tmp_path, text, commit
+    version_of, tmp_path, monkeypatch
 ):
-    (tmp_path / provenance.COMMIT_FILE).write_text(text)
-    assert version_of() == (f"1.2+g{commit[:12]}" if commit else "1.2")
-    edited = provenance.ROOT / "a.py", tmp_path / "workflow" / "scripts" / "a.py"
-    for path in (provenance.ROOT / "__pycache__" / "a.pyc", *edited):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("")
-        later = path.stat().st_mtime + 3600
-        os.utime(path, (later, later))
-        mark = ".dirty" if path in edited else ""
-        assert version_of() == (f"1.2+g{commit[:12]}{mark}" if commit else "1.2")
-        path.unlink()
+    sources, archive = tmp_path / "sources", tmp_path / "unpacked" / "archive"
+    git(tmp_path, "init", "-q", str(sources))
+    for name in (".gitattributes", ".gitignore", provenance.COMMIT_FILE):
+        shutil.copy(ROOT / name, sources)
+    for name in (
+        "src/beltrepro/a.py",
+        "src/beltrepro/b.py",
+        "workflow/\u00e9.smk",
+        "results/README.md",
+    ):
+        (sources / name).parent.mkdir(parents=True, exist_ok=True)
+        (sources / name).write_text("a = 1\n")
+    git(sources, "add", ".")
+    git(sources, "commit", "-qm", "first")
+    git(sources, "archive", "-o", str(tmp_path / "first.zip"), "HEAD")
+    commit = f"1.2+g{git(sources, 'rev-parse', 'HEAD')[:12]}"
+    code = archive / "src" / "beltrepro"
+    monkeypatch.setattr(provenance, "ROOT", code)
+
+    def unpacked():
+        shutil.rmtree(archive.parent, ignore_errors=True)
+        shutil.unpack_archive(tmp_path / "first.zip", archive)
+        return version_of()
+
+    assert unpacked() == commit
+    for made in ("src/beltrepro/__pycache__/a.pyc", "results/smoke/a.h5", ".venv/a.py"):
+        (archive / made).parent.mkdir(parents=True, exist_ok=True)
+        (archive / made).write_text("")
+    assert version_of() == commit
+    with monkeypatch.context() as inherited:
+        inherited.setenv("GIT_DIR", str(sources / ".git"))
+        assert version_of() == commit
+        inherited.setenv("PATH", str(tmp_path))
+        assert version_of() == f"{commit}.unverified"
+    for change in (
+        lambda: (code / "a.py").write_text("a = 2\n"),
+        lambda: (code / "a.py").unlink(),
+        lambda: (code / "c.py").write_text(""),
+        lambda: (code / "b.py").rename(code / "c.py"),
+    ):
+        assert unpacked() == commit
+        change()
+        assert version_of() == f"{commit}.dirty"
+        shutil.copytree(archive, archive.parent / "copy")  # with times of today
+        monkeypatch.setattr(provenance, "ROOT", archive.parent / "copy" / "src" / "beltrepro")
+        assert version_of() == f"{commit}.dirty"
+        monkeypatch.setattr(provenance, "ROOT", code)
+    (archive / provenance.COMMIT_FILE).write_text("node: $Format:%H$\ntree: $Format:%T$\n")
+    assert version_of() == "1.2"  # files of a checkout without its .git
 
 
 # What numba compiles, by the decorators of `beltrepro.engine.vector` or by calls of them.

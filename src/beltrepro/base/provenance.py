@@ -7,6 +7,7 @@ import os
 import platform
 import re
 import subprocess
+import tempfile
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
@@ -51,20 +52,11 @@ def code_version() -> str:
 def _commit_of_git(tree: Path) -> str:
     """The commit that is checked out; empty if git is not there, or tracks something else."""
     tracked = ["ls-files", "--error-unmatch", str(ROOT.relative_to(tree))]
-    listed = ["ls-files", "-v", "--cached", "--others", "--exclude-standard", "--"]
-    listed += map(str, _code(tree))
+    listed = ["ls-files", "-v", "--cached", "--others", "--exclude=__pycache__/", "--"]
+    listed += map(str, (ROOT, tree / "workflow"))  # the folders whose files make results
     described = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
-    # git asks whose the tree is before it reads settings in it; code of the tree runs here already
-    git = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(tree)]
-    # hooks and `git rebase --exec` name their own repository and index in variables
-    own = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     try:
-        _, files, commit = (
-            subprocess.run(
-                [*git, *words], capture_output=True, text=True, env=own, check=True
-            ).stdout.strip()
-            for words in (tracked, listed, described)
-        )
+        _, files, commit = (_git(tree, *words) for words in (tracked, listed, described))
     except (OSError, subprocess.CalledProcessError):
         return ""
     # new files, and those that git was asked not to look at, have another letter than H
@@ -72,22 +64,42 @@ def _commit_of_git(tree: Path) -> str:
     return commit.removesuffix(".dirty") + ".dirty" * is_edited
 
 
-def _code(tree: Path) -> tuple[Path, Path]:
-    """The folders whose files make results."""
-    return ROOT, tree / "workflow"
-
-
 def _commit_of_archive(tree: Path) -> str:
-    """The commit of `git archive`, which gives all files its time: one of another was edited."""
+    """The commit of `git archive`, and whether the files are still those whose hash it notes."""
     path = tree / COMMIT_FILE
     text = path.read_text(encoding="utf-8") if path.is_file() else ""
-    if not (node := re.search(r"^node: ([0-9a-f]{12})", text, re.M)):
+    if not (noted := re.fullmatch(r"node: ([0-9a-f]{40})\ntree: ([0-9a-f]{40})\n", text)):
         return ""
-    unpacked = path.stat().st_mtime  # without the times, files follow in seconds
-    code = (file for folder in _code(tree) for file in folder.rglob("*.*"))
-    kept = (file for file in code if "__pycache__" not in file.parts)
-    is_edited = any(abs(file.stat().st_mtime - unpacked) > 10 for file in kept)
-    return node[1] + ".dirty" * is_edited
+    try:
+        mark = "" if _hash_of_files(tree) == noted[2] else ".dirty"
+    except (OSError, subprocess.CalledProcessError):
+        mark = ".unverified"  # without git
+    return noted[1][:12] + mark
+
+
+def _hash_of_files(tree: Path) -> str:
+    """What git calls the tree of all files that it would not ignore."""
+    with tempfile.TemporaryDirectory() as folder:
+        ask = functools.partial(_git, tree, f"--git-dir={folder}", f"--work-tree={tree}")
+        _git(tree, "init", "--quiet", "--bare", folder)
+        add = ["update-index", "--add", "--info-only", "-z", "--stdin"]
+        ask(*add, input=ask("ls-files", "-z", "--others", "--exclude-standard"))
+        template = "node: $Format:%H$\ntree: $Format:%T$\n"  # of the file, before it was filled in
+        blob = ask("hash-object", "-w", "--stdin", input=template)
+        ask("update-index", "--cacheinfo", f"100644,{blob},{COMMIT_FILE}")
+        return ask("write-tree", "--missing-ok")
+
+
+def _git(tree: Path, *words: str, input: str | None = None) -> str:
+    # git asks whose the tree is before it reads settings in it; code of the tree runs here already
+    settings = ["-c", "safe.directory=*", "-c", f"core.excludesFile={os.devnull}"]
+    command = ["git", *settings, "--no-optional-locks", "-C", str(tree), *words]
+    # hooks and `git rebase --exec` name their own repository and index in variables
+    own = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    done = subprocess.run(
+        command, input=input, capture_output=True, check=True, env=own, errors="surrogateescape"
+    )
+    return done.stdout.strip()
 
 
 def _processor() -> str:
