@@ -110,6 +110,15 @@ def test_packets_that_a_file_lost_and_films_that_were_joined_are_told(tmp_path):
     twice.write_bytes(2 * copied(path, tmp_path / "d.ts").read_bytes())
     with pytest.warns(UserWarning, match="9. frames that are no later than others left out"):
         track(twice, **KNOWN)
+    later = ((k / RATE, picture[:60, :300]) for k, picture in enumerate(WHOLE, start=120))
+    frames = (Frame(time_s, np.ascontiguousarray(picture)) for time_s, picture in later)
+    write_video(tmp_path / "e.mp4", frames, frames_per_second=RATE)
+    twice.write_bytes(
+        (tmp_path / "d.ts").read_bytes()
+        + copied(tmp_path / "e.mp4", tmp_path / "f.ts").read_bytes()
+    )
+    with pytest.raises(InputError, match="pictures have another size from "):
+        track(twice, **KNOWN)
 
 
 @pytest.mark.parametrize(
@@ -149,9 +158,14 @@ def _zeroed(film, size):
     return film[:middle] + bytes(size) + film[middle + size :]
 
 
-def test_a_resting_block_is_placed(tmp_path):
-    resting = track(written(tmp_path / "rest.mp4", WHOLE[:1] * 30), **KNOWN)
+def test_a_resting_block_is_placed_and_a_picture_that_stands_still_told(tmp_path):
+    with pytest.warns(UserWarning, match=r"stands still from 0 s for 1\.21 s"):
+        resting = track(written(tmp_path / "rest.mp4", WHOLE[:1] * 30), **KNOWN)
     assert resting.x_m == pytest.approx(np.full(30, TRUE[0]), abs=0.1 * KNOWN["scale"])
+    frozen = [[*WHOLE[:40], *[WHOLE[40]] * number, *WHOLE[41:]] for number in (10, 15)]
+    track(written(tmp_path / "short.mp4", frozen[0]), **KNOWN)  # for 0.375 s, where 0.5 is told
+    with pytest.warns(UserWarning, match=r"stands still from 1\.67 s for 0\.583 s"):
+        track(written(tmp_path / "long.mp4", frozen[1]), **KNOWN)
 
 
 # --- refusals -------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from advancing import sliding
 from beltrepro import (
     ChainParameters,
     ChainState,
+    Grid,
     Setup,
     classify,
     lyapunov_spectrum,
@@ -226,6 +227,21 @@ def test_bad_input_is_one_line(changes, message):
         lyapunov_spectrum(ChainParameters(4, 10.0), **settings)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_runs_of_several_motions_are_told(recwarn):
+    """By errors they differ where they move along two orbits, and not in chaos."""
+    settings = {"replicate": range(8), "initial_spread": 1, "transient": 500, "n_exponents": 1}
+    lyapunov_spectrum(ChainParameters(5, 5.0), duration=1500, **settings)
+    assert not recwarn
+    message = "runs differ by more than their errors: nontrivial exponents from -0.0772 ± 0.00"
+    with pytest.warns(UserWarning, match=message):
+        lyapunov_spectrum(ChainParameters(3, 12.0), duration=3000, **settings)
+    settings.pop("replicate")
+    several = lyapunov_spectrum(Grid(3, 12.0, replicates=8), duration=3000, **settings)
+    assert (
+        several["nontrivial_exponent"].min() < -0.07 < several["nontrivial_exponent"].max() - 0.04
+    )
 
 
 def autoregressive(runs, length, mean, memory, seed):

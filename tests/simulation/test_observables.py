@@ -104,7 +104,8 @@ def test_the_spectrum_of_a_run_is_that_of_its_last_block_after_the_transient(run
     later = simulate(CHAINS[1], initial_state=runs[1].final_state, duration=200, transient=50)
     kept = spectrum(later.positions[later.time >= 450, 4], sample_interval=0.1)
     np.testing.assert_allclose(spectrum(later).power, kept.power, rtol=1e-9)
-    both = spectrum([runs[0], runs[1]])
+    with pytest.warns(UserWarning, match="runs of 2 chains: this is the mean of their spectra"):
+        both = spectrum([runs[0], runs[1]])
     np.testing.assert_allclose(both.power, (alone.power + spectrum(runs[1]).power) / 2)
     assert not alone.plot().get_legend()
     assert alone.exponent(0.3, 2).runs == 7 and both.exponent(0.3, 2).runs == 14

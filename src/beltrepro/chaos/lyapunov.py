@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beltrepro.base import checks
-from beltrepro.base.errors import InputError
+from beltrepro.base.errors import InputError, warn
 from beltrepro.chaos import vectors
 from beltrepro.chaos.naming import RESTS, warn_of_rests
 from beltrepro.chaos.vectors import REST, end_errors, grow, slopes, standard_errors
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ACROSS = OF_RUNS + "across"
+_APART = 6  # errors of a difference that runs of one motion do not reach
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
 
 
@@ -196,8 +197,21 @@ def lyapunov_spectrum(
     growth, errors, runs, stuck = (spectra[name][well] for name in names)
     across, error = spectra.of_runs[_ACROSS][well], spectra["nontrivial_error"][well, None]
     parts = *_mean_of_runs(growth, errors), runs, growth, interval, stuck, noise_clock
+    _warn_of_several_motions(slopes(across)[:, 0], error[:, 0])
     nontrivial = (mean.item() for mean in _mean_of_runs(across, error))
     return LyapunovSpectrum(made.cases[0].parameters, *parts, *nontrivial)
+
+
+def _warn_of_several_motions(exponents: np.ndarray, errors: np.ndarray) -> None:
+    """Say where the nontrivial exponents (R,) of R runs lie further apart than chance brings."""
+    ends = [np.argmin(exponents), np.argmax(exponents)]
+    if np.isfinite(exponents[ends]).all() and np.ptp(exponents) > _APART * np.hypot(*errors[ends]):
+        low, high = (f"{exponents[end]:.3g} ± {errors[end]:.1g}" for end in ends)
+        warn(
+            f"runs differ by more than their errors: nontrivial exponents from {low} to {high}; "
+            "the means may be those of several motions together (`lyapunov_spectrum` of a Grid "
+            "gives those of each run)"
+        )
 
 
 def _mean_of_runs(growth: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -100,6 +100,8 @@ def spectrum(
             raise InputError("runs: samples at one interval, over one time, are needed of all")
         if any(len(run.belt) > 1 for run in sampled):
             warn("the belt changes its velocity: this is the spectrum of all velocities together")
+        if (kinds := len({run.parameters for run in sampled})) > 1:
+            warn(f"runs of {kinds} chains: this is the mean of their spectra")
         interval = float(np.median(np.diff(sampled[0].time))) if values[0].size else np.nan
     else:
         values = np.atleast_2d(checks.as_numbers(runs))

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import av
+import cv2
 import numpy as np
 from av.video.reformatter import ColorRange, VideoReformatter
 
@@ -23,6 +24,8 @@ SUFFIXES = (".mp4", ".mov", ".mkv")
 _TICK = Fraction(1, 90_000)
 _FEW_EARLY = 2  # frames out of order, as at the begin of some films
 _MISSED = 1.5  # steps between frames, over the usual one, where one is missing
+_STILL_S = 0.5  # for which a moving belt cannot give the same picture
+_STILL = 8  # levels by which pictures of the same differ that are compressed
 _SOUND_S = 1.0  # by which the sound of a film may be longer than its pictures, which is no fault
 # What every player shows: brightness, and colours at half as many points along each side.
 _PIXELS, _NO_COLOUR = "yuv420p", 128
@@ -74,13 +77,14 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     no later than the one before is left out. So are, with a warning, a damaged one and those that
     rest on it, up to the next whole picture; a video that breaks off ends there. A warning tells of
     times without frames before pictures that are not whole: a decoder cannot tell whether the
-    camera left them out, or the file has lost them.
+    camera left them out, or the file has lost them. Another tells of a picture that stands still.
     """
     path = checks.path("video", path)
     reading.opened(path).close()  # one line for what is no file
     first, last, to_grey = math.nan, -math.inf, VideoReformatter()
     is_whole, count, left_out, announced = True, 0, [], 0.0
     early, times, rests = 0, [], []  # frames out of order; those read: when, and on others or not
+    same, since, longest = None, 0.0, (0.0, 0.0)  # a picture that stays: from when, for how long
     with suppress(av.FFmpegError), av.open(f"file:{path}") as container:
         announced = _seconds(container)
         for frame in _decoded(container):
@@ -96,8 +100,14 @@ def read_video(path: str | Path) -> Iterator[Frame]:
             rests.append(not frame.key_frame)
             if is_whole:
                 picture = to_grey.reformat(frame, format="gray").to_ndarray()
-                picture = np.rot90(picture, round(frame.rotation / 90))
-                yield Frame(last - first, np.ascontiguousarray(picture))
+                picture = np.ascontiguousarray(np.rot90(picture, round(frame.rotation / 90)))
+                if same is not None and picture.shape != same.shape:
+                    raise InputError(f"{path}: pictures have another size from {last:.3g} s on")
+                if same is None or cv2.norm(picture, same, cv2.NORM_INF) > _STILL:
+                    same, since = picture, last
+                elif last - since > longest[1]:
+                    longest = since - first, last - since
+                yield Frame(last - first, picture)
                 count += 1
             else:
                 left_out.append(last - first)
@@ -117,6 +127,9 @@ def read_video(path: str | Path) -> Iterator[Frame]:
             where = f"{missing.size} times, first at {times[missing[0]] - first:.3g} s"
             wrong = "if the file lost them, places up to the next whole picture are wrong"
             warnings.warn(f"{path}: frames are missing {where}; {wrong}", stacklevel=2)
+    if longest[1] > _STILL_S:
+        still = f"from {longest[0]:.3g} s for {longest[1]:.3g} s"
+        warnings.warn(f"{path}: the picture stands still {still}", stacklevel=2)
     if last - first < announced - _SOUND_S:
         ends = f"it ends at {last - first:.3g} s of {announced:.3g} s"
         warnings.warn(f"{path}: damaged or cut: {ends}", stacklevel=2)
