@@ -99,8 +99,8 @@ def read_video(path: str | Path) -> Iterator[Frame]:
             times.append(frame.time)
             rests.append(not frame.key_frame)
             if is_whole:
-                picture = to_grey.reformat(frame, format="gray").to_ndarray()
-                picture = np.ascontiguousarray(np.rot90(picture, round(frame.rotation / 90)))
+                grey = to_grey.reformat(frame, format="gray").to_ndarray()
+                picture = np.ascontiguousarray(np.rot90(grey, round(frame.rotation / 90)), np.uint8)
                 if same is not None and picture.shape != same.shape:
                     raise InputError(f"{path}: pictures have another size from {last:.3g} s on")
                 if same is None or cv2.norm(picture, same, cv2.NORM_INF) > _STILL:
