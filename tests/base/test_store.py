@@ -147,13 +147,16 @@ def test_an_archive_without_git_names_its_commit_and_changes_to_it(
     assert version_of() == commit
     with monkeypatch.context() as inherited:
         inherited.setenv("GIT_DIR", str(sources / ".git"))
+        inherited.setenv("XDG_CONFIG_HOME", str(tmp_path))
+        (tmp_path / "git").mkdir()
+        (tmp_path / "git" / "ignore").write_text("*.smk")  # what a user never wants to see
         assert version_of() == commit
         inherited.setenv("PATH", str(tmp_path))
         assert version_of() == f"{commit}.unverified"
     for change in (
         lambda: (code / "a.py").write_text("a = 2\n"),
         lambda: (code / "a.py").unlink(),
-        lambda: (code / "c.py").write_text(""),
+        lambda: (code / os.fsdecode(b"\xff.py")).write_text(""),
         lambda: (code / "b.py").rename(code / "c.py"),
     ):
         assert unpacked() == commit
