@@ -55,7 +55,7 @@ __all__ = sorted(_HOMES)
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        return _import_module("importlib.metadata").version("beltrepro")
+        return _import_module("beltrepro.base.provenance").VERSION
     if name not in _HOMES:
         about = _import_module("beltrepro.base.names").left(name)
         raise AttributeError(about or f"module {__name__!r} has no attribute {name!r}")

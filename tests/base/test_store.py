@@ -57,7 +57,7 @@ def test_checksums_tell_type_shape_and_bits_apart():
 def version_of(tmp_path, monkeypatch):
     """The version that a tree with the package in src/beltrepro has now, and the tree."""
     monkeypatch.setattr(provenance, "ROOT", tmp_path / "src" / "beltrepro")
-    monkeypatch.setattr(provenance, "version", lambda package: "1.2")
+    monkeypatch.setattr(provenance, "VERSION", "1.2")
     provenance.ROOT.mkdir(parents=True)
     (provenance.ROOT / "a.py").write_text("")
 

@@ -3,11 +3,12 @@
 import warnings
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
 import recorded
-from beltrepro.base.errors import NotEnoughDataError
+from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.replication.camera.scene import lengths_of_blocks
 from beltrepro.replication.studies.experiment.measure import (
@@ -78,6 +79,23 @@ def test_few_changes_of_amplitude_are_told():
     with pytest.warns(UserWarning) as caught:
         analyse(time[time % 50 > 1], calm[time % 50 > 1])
     assert not any("changes" in str(warning.message) for warning in caught)
+
+
+def test_what_is_no_array_of_seconds_and_metres_is_refused():
+    time, place = bursts()
+    masked = np.ma.masked_greater(place, 1.0)
+    for wrong in (
+        (time, masked),
+        (pd.to_timedelta(time, unit="s"), place),
+        (time[None], place[None]),
+    ):
+        with pytest.raises(NotEnoughDataError, match="time_s and x_m must be finite numbers"):
+            analyse(*wrong)
+    with pytest.raises(
+        InputError, match=r"window_s = 5: .* 3 samples or more, and there is one every 41"
+    ):
+        analyse(1000 * time, place)
+    assert analyse(pd.Series(time), list(place)).small_share == analyse(time, place).small_share
 
 
 @pytest.mark.parametrize("gap", [(60.0, 140.0), (100.0, 101.0)])

@@ -126,8 +126,26 @@ def test_a_balance_that_is_not_stable_is_no_end():
     chain = ChainParameters(2, 50.0, weakening_velocity=100.0, **LINEAR)
     start = {"initial_state": ChainState.at_balance(chain)}
     assert time_to_orbit(chain, duration=3000, **start)["state"][0] == "irregular"
-    assert not ends_in_slip(start["initial_state"], 0.0, 500.0, returned=True)
+    assert not ends_in_slip(start["initial_state"], 1e-3, 0.0, 500.0, returned=True)
     assert classify(chain, duration=3000, transient=500, **start).state == "transient"
+
+
+@pytest.mark.parametrize(("viscosity", "calm"), [(0.0, False), (0.002, False), (0.1, True)])
+def test_noise_ends_slip_that_viscosity_does_not_calm(viscosity, calm):
+    """The mean energy that noise brings grows, or is of u^2 / 2 = 12.5 the same, or a 50th."""
+    chain = ChainParameters(1, 5.0, noise=5.0, viscosity=viscosity, **LINEAR)
+    start = ChainState.in_motion(chain, [500 + 0.45 * 71.4 + viscosity * 5], [0.0])
+    how = {"time_step": 0.01, "replicate": range(20), "initial_state": start}
+    runs = simulate(chain, duration=50_000, sample_interval=None, **how)
+    assert sum(run.events.size > 0 for run in runs) == (0 if calm else 20)
+    slips = np.array([np.any(run.events["time"] < 600) for run in runs])
+    assert np.any(~slips)
+    settled = time_to_orbit(chain, duration=600, **how)
+    motions = classify([chain] * 20, duration=600, transient=100, **how)
+    name = "equilibrium slip" if calm else "irregular"
+    assert set(settled["state"][~slips]) == {name}
+    assert set(motions["state"][~slips]) == {name if calm else "transient"}
+    assert not np.any(settled["state"][slips] == "equilibrium slip")
 
 
 def test_an_orbit_begins_after_a_slip_that_lasted():

@@ -256,7 +256,7 @@ WATCH = {"n_blocks": 2, "belt_velocity": 15}
         ("film", FILM | {"metres_per_pixel": 1e-5}, "take a larger"),
         ("film", FILM | {"transient": 50}, "transient = 50"),
         ("analyse", {"transient": 500}, "0 samples"),
-        ("analyse", {"window": 0.1}, "window = 0.1: it must hold 3 samples or more"),
+        ("analyse", {"window": 0.1}, "window_s = 0.1: it must hold 3 samples or more"),
         ("analyse", {"quiet": "nan"}, "quiet"),
         ("analyse", {"block_length": -1}, "block_length = -1"),
         ("analyse", {"block_length": 0.2}, "measured from the support, and hold the 0.9 m of"),

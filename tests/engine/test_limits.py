@@ -169,8 +169,11 @@ def test_the_range_of_event_with_noise_ends_where_it_is_said():
         below, above = (dataclasses.replace(chain, noise=edge * share) for share in (0.999, 1.001))
         simulate(below, duration=5, method="event")
         simulate(above, duration=5, method="verlet")
-        with pytest.raises(InputError, match=rf"^noise = {above.noise:g}: .*'verlet'$"):
+        with pytest.raises(InputError, match=rf"^noise = {above.noise:g}: .*'verlet'$") as caught:
             simulate(above, duration=5, method="event")
+        limit = float(str(caught.value).rpartition("up to ")[2].partition(";")[0])
+        assert limit == pytest.approx(edge, rel=1e-3)
+        simulate(dataclasses.replace(chain, noise=limit), duration=5, method="event")
     # of blocks that differ the one that slips with the least force
     share = [start_noise(ChainParameters(2, 5.0, 1.0, friction_ratio=ratio))
              for ratio in ((0.1, 0.8), 0.8)]  # fmt: skip

@@ -53,6 +53,8 @@ def test_the_module_is_the_command(capsys, monkeypatch):
         runpy.run_module("beltrepro", run_name="__main__")
     assert ended.value.code == 0
     assert capsys.readouterr().out == f"beltrepro {beltrepro.__version__}\n"
+    cited = (Path(__file__).parents[2] / "CITATION.cff").read_text()
+    assert f"\nversion: {beltrepro.__version__}\n" in cited
 
 
 def test_dir_and_the_stub_show_the_public_names_and_nothing_else():

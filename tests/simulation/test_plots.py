@@ -1,5 +1,6 @@
 """Pictures of one panel: what their artists hold, from results that are made up."""
 
+import ast
 import warnings
 from types import SimpleNamespace
 
@@ -250,6 +251,26 @@ def test_crossings_of_several_sections_are_no_one_density():
         both.plot_section()
     both.plot_section(where={"section_position": 300.0})
     scan(chains, **how).plot_section()
+
+
+def test_the_value_that_a_refused_density_names_is_one_of_the_table():
+    table = scan(Grid(3, [9.0, 10.0 / 0.8317], noise=[1.0, 2.0]), duration=300, transient=100)
+    with pytest.raises(InputError, match="a density is of one") as caught:
+        table.plot_section(x="noise")
+    where = ast.literal_eval(str(caught.value).rpartition("where=")[2])
+    table.plot_section(x="noise", where=where)
+
+
+def test_chains_that_failed_and_places_at_infinity_are_not_drawn():
+    grid = columns(Setup(Grid(2, [5.0, 6.0], 0, replicates=2, linear_limit=[10.0, np.inf])))
+    error = np.array(["", "meet", *[""] * 4, "meet", "meet"])
+    table = Results(grid | {"slip_count": np.where(error == "", 4, 0), "error": error}, {})
+    curves = table.plot(y="slip_count").lines
+    drawn_places = [np.isfinite(line.get_ydata()).tolist() for line in curves]
+    assert {value for line in curves for value in line.get_ydata() if value == value} == {4.0}
+    assert sum(map(sum, drawn_places)) == 3  # of four places, at one of which both have failed
+    with pytest.warns(UserWarning, match="linear_limit is infinite in 4 of 8 chains: they are not"):
+        table.plot(y="slip_count", x="linear_limit")
 
 
 def test_a_small_value_is_no_other_one():

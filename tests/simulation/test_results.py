@@ -27,7 +27,7 @@ from beltrepro import (
     spectrum,
     time_to_continuous_slip,
 )  # fmt: skip
-from beltrepro.base import store
+from beltrepro.base import provenance, store
 from beltrepro.base.errors import InputError
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
@@ -199,8 +199,10 @@ def test_a_catalogue_without_rows_says_what_the_chain_did_instead(chains, option
     with pytest.warns(UserWarning, match=says):
         catalogue(chains, duration=400.0, transient=100.0, **options)
     if "section_position" in options and "section_block" not in options:
-        with pytest.warns(UserWarning, match=r"no chain comes down .* from 463\.\d+ to 759\.\d+"):
-            scan(chains, duration=400.0, transient=100.0, **options)
+        runs = r"no chain comes down .* from 463\.\d+ to 759\.\d+"
+        for several, which in ((chains, "$"), ([ChainParameters(2, 10.0), chains], " in the one")):
+            with pytest.warns(UserWarning, match=runs + which):
+                scan(several, duration=400.0, transient=100.0, **options)
 
 
 def test_samples_of_a_run_have_a_column_for_each_block(returned):
@@ -208,6 +210,7 @@ def test_samples_of_a_run_have_a_column_for_each_block(returned):
     table = run.table()
     np.testing.assert_array_equal(table["position_2"], run.positions[:, 1])
     assert len(table) == len(run.time) and "velocity_1" in table
+    assert run.version == provenance.code_version()  # with its commit
 
 
 def test_constants_that_differ_among_blocks_have_columns_of_their_own():

@@ -96,6 +96,31 @@ def test_a_spectrum_of_too_little_says_what_is_needed():
         spectrum(np.full(7000, 0.9), sample_interval=1.0).law(0.01, 0.3)
 
 
+@pytest.mark.parametrize("low", [0.003, 0.007, 0.0321, 9.0])
+def test_the_length_that_a_law_asks_for_is_enough(low):
+    interval, values = 0.1 / low, RNG(0).standard_normal(700)
+    with pytest.raises(NotEnoughDataError) as caught:
+        spectrum(values[:500], sample_interval=interval).law(low, 5 * low)
+    needed = float(str(caught.value).removesuffix(" in all").rpartition(" ")[2])
+    size = int(np.ceil(needed / interval))
+    spectrum(values[:size], sample_interval=interval).law(low, 5 * low)
+    with pytest.raises(NotEnoughDataError):
+        spectrum(values[: int(0.99 * size)], sample_interval=interval).law(low, 5 * low)
+
+
+def test_stretches_that_differ_by_more_than_chance_are_told():
+    """Of motion that changes between a weak and a strong kind; of one kind, however red, not."""
+    red = scipy.signal.lfilter([1], [1, -0.98], RNG(0).standard_normal((6, 20_000)), axis=1)
+    changing = red * (1 + 4 * (np.arange(20_000) // 2500 % 2))
+    with warnings.catch_warnings(action="error"):
+        for series in red:
+            spectrum(series, sample_interval=1.0).law(0.01, 0.3)
+        spectrum(changing, sample_interval=1.0).law(0.01, 0.3)
+    for series in changing:
+        with pytest.warns(UserWarning, match="as of motion that changes: .* of 6 or more runs"):
+            spectrum(series, sample_interval=1.0).law(0.01, 0.3)
+
+
 def test_a_spectrum_of_lines_is_warned_of_and_one_of_a_noise_is_not(recwarn):
     noise = np.cumsum(RNG(0).standard_normal(20_000))
     law = spectrum(noise, sample_interval=1.0).law(0.003, 0.3)

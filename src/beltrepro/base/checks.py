@@ -3,6 +3,7 @@
 Each takes the name of a value and the value, and returns it as it is used.
 """
 
+import decimal
 import math
 from collections.abc import Iterable, Mapping, Sequence, Set
 from numbers import Real
@@ -25,6 +26,12 @@ def shown(value: Any) -> str:
     except Exception:  # of a class of somebody else, or an int of thousands of digits
         text = type(value).__name__
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def beside(value: float, *, above: bool) -> str:
+    """A limit in four digits that is not beyond it: above or below the value."""
+    rounding = decimal.ROUND_CEILING if above else decimal.ROUND_FLOOR
+    return f"{decimal.Context(prec=4, rounding=rounding).create_decimal_from_float(value):g}"
 
 
 def is_sequence(value: Any) -> TypeGuard[Iterable]:

@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 PACKAGE = "beltrepro"
+VERSION = "2.0.0"  # of this code, whichever is installed
 ROOT = Path(__file__).parent.parent
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "h5py")
 COMMIT_FILE = ".git_archival.txt"  # says the commit where git does not: `git archive` fills it in
@@ -44,7 +45,7 @@ def of_all(parts: Iterable[dict]) -> dict[str, str]:
 @functools.cache
 def code_version() -> str:
     """Version of the package, with its commit where that is known, and "dirty" after changes."""
-    number, tree = version(PACKAGE), ROOT.parents[1]  # this package is src/beltrepro of the tree
+    number, tree = VERSION, ROOT.parents[1]  # this package is src/beltrepro of the tree
     commit = _commit_of_git(tree) if (tree / ".git").exists() else _commit_of_archive(tree)
     return f"{number}+g{commit}" if commit else number
 

@@ -67,7 +67,8 @@ def time_to_orbit(
 
     Each chain is advanced until all blocks slip and none can stick any more, or its state comes
     back. None can where `sliding_energy` is below m u^2 / 2 and does not grow, or where the swings
-    are small and each mode is damped.
+    are small and each mode is damped. What noise brings is counted: in a chain that no viscosity
+    calms it ends each slip.
     On the way to a periodic orbit irregular motion is over when the order in which the blocks slip
     repeats from then on: what follows is a smooth approach.
 
@@ -193,9 +194,10 @@ class _Run:
             since = min(since, float(times[closing.since]))
         last_event = max(self.last_event, self.start)
         returned = closing is not None and not events
-        if ends_in_slip(self.case.state, last_event, middle, returned):
+        state, time_step = self.case.state, self.case.time_step
+        if ends_in_slip(state, time_step, last_event, middle, returned):
             self.motion |= {"state": EQUILIBRIUM, "lifetime": last_event - self.start}
-        elif closing and since <= middle:
+        elif closing and events and since <= middle:
             self.motion |= {"state": PERIODIC, "lifetime": since - self.start, **period}
 
     def _repeats_since(self, period: int, period_time: float) -> float:

@@ -179,7 +179,9 @@ def _judged(
             returns=len(times),
             noisy=case.parameters.noise > 0,
         )
-        if state == EQUILIBRIUM and not ends_in_slip(end, last_event, half, returned):
+        if state == EQUILIBRIUM and not ends_in_slip(
+            end, case.time_step, last_event, half, returned
+        ):
             state = TRANSIENT  # until blocks stick
         first = int(np.argmax(exponents[lane, :-1]))
         row = {
@@ -228,12 +230,14 @@ def slides(state: ChainState, last_event: float, since: float) -> bool:
     return bool(np.all(state.directions) and long_enough)
 
 
-def ends_in_slip(state: ChainState, last_event: float, since: float, returned: bool) -> bool:
+def ends_in_slip(
+    state: ChainState, time_step: float, last_event: float, since: float, returned: bool
+) -> bool:
     """Whether all blocks have slipped since an instant and will: returned is, without any slip."""
     chain = state.parameters
-    if returned and not chain.friction_varies:
+    if returned and not chain.friction_varies and not chain.noise:
         return True
-    for_good = slips_for_good(chain, state.positions, state.velocities)
+    for_good = slips_for_good(chain, state.positions, state.velocities, time_step)
     return for_good and slides(state, last_event, since)
 
 

@@ -125,11 +125,6 @@ def analyse(options: argparse.Namespace) -> None:
         recording = recordings.analyse(track.time_s, track.x_m, **settings)
     except NotEnoughDataError as error:
         raise InputError(f"{options.recording}: {error}") from None
-    if options.window < 3 * recording.interval_s:
-        raise InputError(
-            f"window = {options.window:g}: it must hold 3 samples or more, and "
-            f"{options.recording} has one every {recording.interval_s:.3g} s"
-        )
     if options.output:
         from beltrepro.replication.studies.experiment.figures import save
 

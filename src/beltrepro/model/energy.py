@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.model.friction import friction_fall
-from beltrepro.model.parameters import ChainParameters, check_chain
+from beltrepro.model.parameters import LONGEST, ChainParameters, check_chain
 from beltrepro.model.spring import (
     balance_tension,
     chain_deformations,
@@ -19,6 +19,7 @@ from beltrepro.model.spring import (
     spring_stiffness,
 )
 
+_RARE = 30  # times its mean, which the energy of a swing under noise exceeds for e^-30 of the time
 _SMALL = 0.01  # velocity of a swing over that of the belt, up to which modes tell how it goes on
 
 
@@ -124,22 +125,32 @@ def swings_grow(parameters: ChainParameters) -> bool:
 
 
 def slips_for_good(
-    parameters: ChainParameters, positions: np.ndarray, velocities: np.ndarray
+    parameters: ChainParameters, positions: np.ndarray, velocities: np.ndarray, time_step: float
 ) -> bool:
     """Whether blocks that all slip, at a state (N,), never stick: their swings are too small.
 
     All the energy H gives one block no more than a velocity, which is to be below that of the belt.
     H does not grow where friction falls with no speed that is reached. Of small swings the modes
-    tell, also where friction falls for some blocks only. Noise may always end it.
+    tell, also where friction falls for some blocks only. What noise brings is counted to H.
     """
-    if parameters.noise:
-        return not swings_grow(parameters)
     energy = float(_swing_energy(parameters, positions, velocities))
-    fastest = math.sqrt(2 * max(energy, 0.0) / parameters.by_block("mass").min())
+    energy = max(energy, 0.0) + _noise_energy(parameters, time_step)
+    fastest = math.sqrt(2 * energy / parameters.by_block("mass").min())
     slowest = parameters.belt_velocity - fastest  # |v_r| of a block
     if slowest > 0 and friction_fall(parameters, slowest).max() <= 0:
         return True
     return fastest < _SMALL * parameters.belt_velocity and not swings_grow(parameters)
+
+
+def _noise_energy(parameters: ChainParameters, time_step: float) -> float:
+    """Energy that noise of kinetic friction hardly brings to sliding blocks in the longest run.
+
+    Each of them gains power / 2m in the mean, for as long as friction does not take it away again.
+    """
+    mass = parameters.by_block("mass")
+    power = (parameters.by_block("friction_ratio") * parameters.noise) ** 2 * time_step
+    damping = -friction_fall(parameters, parameters.belt_velocity).max() / mass.max()
+    return _RARE * float((power / mass).sum() / 2) / max(damping, 1 / LONGEST)
 
 
 def slow_unit(parameters: ChainParameters) -> float:

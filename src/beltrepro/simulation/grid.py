@@ -129,7 +129,7 @@ def check_chains(name: str, value: Any, axes: dict[str, list]) -> None:
     numbers = [item for item in axes[name] if isinstance(item, Real)]
     fits = len(numbers) > 1 and len(numbers) in axes["n_blocks"]
     if (fits and isinstance(value, tuple)) or len(set(numbers)) < len(numbers):
-        written = [f"{item:g}" for item in numbers]
+        written = [repr(float(item)).removesuffix(".0") for item in numbers]
         one = f"{name}=[({', '.join(written)})] for one chain whose blocks differ so, "
         several = f"{name}=[{', '.join(dict.fromkeys(written))}] for several of equal blocks"
         either = one + several if fits else several

@@ -45,6 +45,10 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     chosen = _chosen(table, where)
     x, differing = _differing(table, chosen, x)
     abscissa, ordinate = (_column(table, *one, "biuf")[chosen] for one in (("x", x), ("y", y)))
+    if "error" in table:  # of a chain that has failed a count is 0 and an answer no
+        ordinate = np.where(table["error"][chosen] == "", ordinate, np.nan)
+    if endless := np.count_nonzero(np.isinf(abscissa)):
+        warn(f"{x} is infinite in {endless} of {abscissa.size} chains: they are not drawn")
     by = differing if by is None else by
     by = [by] if isinstance(by, str) else list(by)
     columns = [_column(table, "by", name)[chosen].tolist() for name in by]
@@ -81,7 +85,7 @@ def section(
     abscissa, velocity = _column(table, "x", x, "biuf")[chosen], table["section_velocity"][chosen]
     for name in differing:
         value = _columns(table)[name][chosen][0].item()
-        value = repr(value) if isinstance(value, str) else f"{value:g}"
+        value = repr(value) if isinstance(value, str) else f"{value:.12g}"
         one = f"where={{{name!r}: {value}}}"
         raise InputError(f"{name} has several values, a density is of one: {one}")
     if not np.isfinite(velocity).any():
@@ -185,8 +189,8 @@ def _warn_of_starts(table: Any, chosen: np.ndarray) -> None:
     if (most := max(Counter(map(str, rows)).values())) > 1:  # as texts, in which NaN is NaN
         warn(
             f"up to {most} rows of one replicate at one point are averaged, which began from "
-            "different states; those of a store of sweeps have step and way if `sweep` is called "
-            "again with it"
+            "different states or have other sections; those of a store of sweeps have step and way "
+            "if `sweep` is called again with it"
         )
 
 

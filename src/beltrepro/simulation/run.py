@@ -62,7 +62,7 @@ class Run(Tabled):
     initial_state, final_state : ChainState
         Where the run began and ended; a run can begin at either.
     version : str
-        Of the package that made the run.
+        Of the package that made the run, with its commit where that is known.
     disorder_parameter, mean_length : float
         r and <x_N> after the transient (Eq. 4).
     energy_residual : float

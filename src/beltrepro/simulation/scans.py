@@ -151,9 +151,11 @@ def scan_of(
     loading.noted = results.of_runs[LOADING]  # also of runs of earlier calls
     loading.warn()
     if section_position is not None and not results["section_count"].any():
-        low = np.fmin.reduce(results["minimum_length"])  # those of runs that have failed are NaN
-        high = np.fmax.reduce(results["maximum_length"])
-        warn(f"no chain comes down through section_position: x_N runs from {low:g} to {high:g}")
+        low, high = results["minimum_length"], results["maximum_length"]  # NaN of those that failed
+        nearest = np.argmin(np.nan_to_num(np.maximum(low - sections, sections - high), nan=np.inf))
+        runs = f"x_N runs from {low[nearest]:g} to {high[nearest]:g}"
+        which = "" if low.size == 1 else " in the one that comes nearest"
+        warn(f"no chain comes down through section_position: {runs}{which}")
     if section_bins is not None:
         count = results["section_count"]
         beside = count - results["section_histogram"].sum(axis=1, dtype=int) > _BESIDE * count

@@ -6,8 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cache, partial
-from importlib.metadata import version
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 
 from beltrepro.base import checks
 from beltrepro.base.errors import InputError
+from beltrepro.base.provenance import code_version
 from beltrepro.engine import records
 from beltrepro.engine.integrator import Chunk, Integrator, Sampling, share_of_work
 from beltrepro.engine.state import ChainState
@@ -48,8 +48,6 @@ from beltrepro.simulation.setup import (
 
 Belt = list[tuple[float, float]]
 _ROUNDING = 1e-9  # share of an interval
-
-_version = cache(version)  # of a package, which takes a fifth of the time of a short run
 
 
 @with_setup
@@ -143,7 +141,7 @@ def _followed(
             replicate=case.state.replicate,
             initial_state=case.state,
             final_state=states[lane],
-            version=_version("beltrepro"),
+            version=code_version(),
             disorder_parameter=float(length["disorder_parameter"][lane]),
             mean_length=float(length["mean_length"][lane]),
             energy_residual=float(residual[lane]),

@@ -25,6 +25,10 @@ _RESAMPLES = 200
 # Mean over median power of so many frequencies, the geometric mean of the range: 1.2 to 11 of
 # irregular motion, 1500 and more of periodic motion.
 _AROUND, _LINES = 101, 100.0
+# Variance of a mean over frequencies, over that of independent ones: Hann's window makes neighbours
+# alike. Up to 5 times that much is found in irregular motion of one kind, 3.7 to 2700 where it
+# changes between two.
+_OF_HANN, _UNLIKE = 1.94, 6.0
 _TINY = np.finfo(float).tiny
 _ROUNDING = 1e-12  # of the values of a series
 # Of a series whose stretches are drawn anew: cycles of the lowest frequency in each, and how many.
@@ -129,8 +133,9 @@ class PowerSpectrum:
         The series are cut into stretches of ten cycles of the lowest frequency or more, at most 20
         each. Their mean spectrum, in ten bins a decade, has a straight line on doubly logarithmic
         axes. The intervals are those of 6 or more series drawn anew, or else of their stretches; of
-        6 to 8 series about 90 in 100 hold the exponent. Hann's window lets none below about -4 be
-        told: there half of the intervals hold it.
+        6 to 8 series about 90 in 100 hold the exponent. Those of fewer do not hold what lasts
+        longer than a stretch; a warning tells where stretches differ by more than chance. Hann's
+        window lets none below about -4 be told: there half of the intervals hold it.
 
         Parameters
         ----------
@@ -157,6 +162,11 @@ class PowerSpectrum:
         frequency, power = self._drawn(low, high)
         if _of_lines(power.mean(axis=0)):
             warn("the spectrum is one of lines, as of periodic motion: it follows no power law")
+        elif len(self.series) < LEAST_DRAWN and _excess(power) > _UNLIKE:
+            warn(
+                "stretches differ by more than chance, as of motion that changes: what lasts for "
+                f"longer is not in the intervals; those of {LEAST_DRAWN} or more runs hold it"
+            )
 
         def fit(drawn: np.ndarray) -> PowerLawFit:
             # The logarithm of a single noisy spectrum would lie too low where bins are narrow.
@@ -195,8 +205,9 @@ class PowerSpectrum:
         least = -(-LEAST_DRAWN // series)
         require(
             count >= least,
-            f"the series lasts {size * interval:.0f}: from a frequency of {low:g} on {least} "
-            f"stretches of {shortest:.0f} are needed, {least * shortest:.0f} in all",
+            f"the series lasts {checks.beside(size * interval, above=False)}: from a frequency of "
+            f"{low:g} on {least} stretches of {shortest:.4g} are needed, "
+            f"{checks.beside(least * shortest, above=True)} in all",
         )
         length = size // count
         stretches = self.series[:, : count * length].reshape(-1, length)
@@ -216,6 +227,12 @@ def _of_lines(power: np.ndarray) -> bool:
     around = (scipy.ndimage.uniform_filter1d, scipy.ndimage.median_filter)
     mean, median = (np.log(np.maximum(of(power, size), _TINY)) for of in around)
     return bool(np.mean(mean - median) > np.log(_LINES))
+
+
+def _excess(power: np.ndarray) -> float:
+    """Variance of the power of stretches (K, F), all frequencies alike, over that of noise."""
+    levels = (power / np.maximum(power.mean(axis=0), _TINY)).mean(axis=1)
+    return float(levels.var(ddof=1) * power.shape[1] / _OF_HANN)
 
 
 def exponent_of(law: PowerLawFit, values: npt.ArrayLike, sample_interval: float) -> Estimate:

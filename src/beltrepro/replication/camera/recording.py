@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from beltrepro.base import checks
-from beltrepro.base.errors import NotEnoughDataError, require
+from beltrepro.base.errors import InputError, NotEnoughDataError, require
 from beltrepro.model.units import TIME_S
 from beltrepro.stats import estimates
 from beltrepro.stats.estimates import Estimate
@@ -114,9 +114,9 @@ def analyse(
     blocks_m : lengths of blocks that x_m holds, taken off: x_N of the model has none.
     n_blocks : of the chain; positions of fewer than five in centimetres are told by it.
     """
-    time, position = np.asarray(time_s, dtype=float), np.asarray(x_m, dtype=float)
+    time, position = checks.as_numbers(time_s), checks.as_numbers(x_m)
     require(
-        time.shape == position.shape and np.isfinite([time, position]).all(),
+        time.ndim == 1 and time.shape == position.shape and np.isfinite([time, position]).all(),
         "time_s and x_m must be finite numbers, as many instants as positions",
     )
     checks.not_negative("transient_s", transient_s)
@@ -181,6 +181,9 @@ def regimes(
         np.ptp(time) < _MOST_SAMPLES * interval,
         f"samples every {interval:.3g} s over {np.ptp(time):.3g} s: too far apart",
     )
+    if window_s < 3 * interval:
+        every = f"there is one every {interval:.3g} s"
+        raise InputError(f"window_s = {window_s:g}: it must hold 3 samples or more, and {every}")
     longest = LONGEST_GAP * interval
     halves = np.where(gaps > longest, interval, gaps) / 2
     weight = np.pad(halves, (1, 0)) + np.pad(halves, (0, 1))
