@@ -28,7 +28,7 @@ from beltrepro import ChainParameters, Grid, Run, classify, scan, simulate
 from beltrepro.base import provenance
 from beltrepro.base.errors import InputError
 
-assert provenance.code_version.cache_info().currsize  # noted as the code is loaded
+assert provenance._noted.cache_info().currsize  # noted as the code is loaded
 for name in beltrepro.__all__:
     assert getattr(beltrepro, name).__doc__, name
 chain = ChainParameters(3, 10.0)

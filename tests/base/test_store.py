@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -62,11 +63,11 @@ def version_of(tmp_path, monkeypatch):
     (provenance.ROOT / "a.py").write_text("")
 
     def version():
-        provenance.code_version.cache_clear()
+        provenance._noted.cache_clear()
         return provenance.code_version()
 
     yield version
-    provenance.code_version.cache_clear()
+    provenance._noted.cache_clear()
 
 
 def git(tree, *arguments):
@@ -95,6 +96,28 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert version_of() == f"1.2+g{commit}.dirty"
     parts = [provenance.origin() | {"code_version": number} for number in ("1.0", "1.1")]
     assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0; 1.1"
+
+
+def test_code_that_is_loaded_after_it_was_edited_is_dirty(version_of, tmp_path, monkeypatch):
+    for name in ("early.py", "late.py", "part/__init__.py"):
+        (provenance.ROOT / name).parent.mkdir(exist_ok=True)
+        (provenance.ROOT / name).write_text("")
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    monkeypatch.setitem(sys.modules, "beltrepro.early", None)
+    first = version_of()
+    for name in ("early.py", "late.py", "part/__init__.py"):
+        (provenance.ROOT / name).write_text("new = 1\n")
+    git(tmp_path, "commit", "-qam", "second")
+    assert provenance.code_version() == first  # what was loaded is of the first
+    for name in ("late", "part"):
+        with monkeypatch.context() as loaded:
+            loaded.setitem(sys.modules, f"beltrepro.{name}", None)
+            assert provenance.code_version() == f"{first}.dirty"
+    monkeypatch.setitem(sys.modules, "beltrepro.a", None)  # later, and not edited
+    assert provenance.code_version() == first
+    assert version_of() != first
 
 
 def test_the_commit_is_that_of_the_tree_whoever_asks_and_owns_it(version_of, tmp_path, monkeypatch):

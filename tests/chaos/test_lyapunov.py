@@ -1,6 +1,8 @@
 """Lyapunov exponents: closed forms, twins followed by `simulate`, and errors on made-up growth."""
 
 import dataclasses
+import re
+import warnings
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from beltrepro import (
     classify,
     lyapunov_spectrum,
     periodic_orbit,
+    time_to_continuous_slip,
 )
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.lyapunov import _mean_of_runs
@@ -242,6 +245,35 @@ def test_runs_of_several_motions_are_told(recwarn):
     assert (
         several["nontrivial_exponent"].min() < -0.07 < several["nontrivial_exponent"].max() - 0.04
     )
+
+
+def test_a_run_whose_motion_changes_is_told_and_others_are_not(recwarn):
+    """Two blocks under noise settle on an orbit for some time: -0.12 in one half, -0.03 later."""
+    settings = {"duration": 2200, "transient": 200, "initial_spread": 1, "n_exponents": 1}
+    for replicate in range(3):
+        lyapunov_spectrum(ChainParameters(5, 5.0, noise=2), replicate=replicate, **settings)
+    assert not recwarn
+    with pytest.warns(UserWarning, match="halves of the run differ by more than their errors: non"):
+        lyapunov_spectrum(ChainParameters(2, 3.0, noise=1.0), replicate=2, **settings)
+
+
+@pytest.mark.parametrize("called", [classify, lyapunov_spectrum, time_to_continuous_slip])
+def test_numbers_of_chains_that_still_load_are_told_with_a_transient_that_does(called):
+    """Twenty blocks at u = 5 take 600 to their balance; r is 0.04 afterwards."""
+    chain = ChainParameters(20, 5.0)
+
+    def lengths(transient):
+        escape = {"duration": 1500, "settle_time": 1500 - transient}
+        usual = {"duration": 1500, "transient": transient}
+        return escape if called is time_to_continuous_slip else usual
+
+    with pytest.warns(UserWarning, match="loading is measured too") as caught:
+        called(chain, **lengths(100))
+    needed = float(re.search(r"transient=(\d+)", str(caught[0].message))[1])
+    assert 600 < needed < 800
+    with warnings.catch_warnings(action="error"):
+        called(chain, **lengths(needed))
+        called(ChainParameters(3, 10.0), **lengths(60))
 
 
 def autoregressive(runs, length, mean, memory, seed):

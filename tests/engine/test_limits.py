@@ -11,6 +11,7 @@ import naive
 from beltrepro import ChainParameters, ChainState, scan, simulate, time_to_continuous_slip
 from beltrepro.base.errors import InputError, ModelStateError
 from beltrepro.engine.vector import exp2, kernel
+from beltrepro.engine.verlet_integrator import longest_step
 from beltrepro.model.friction import START_NOISE, start_noise
 from beltrepro.model.spring import external_force
 
@@ -79,16 +80,28 @@ def test_springs_that_stiffen_too_fast_for_the_step_do_not_blame_the_rest_length
 
 @pytest.mark.parametrize(
     ("n_blocks", "law", "least"),
-    [(1, {"viscosity": 800.0}, "0.000746"), (1, {"mass": 2e-7}, "0.00089"),
-     (2, {"stiffness": 2e6}, "0.000812"), (3, {"mass": (1, 1, 1e-7)}, "0.000445")],
+    [(1, {"viscosity": 800.0}, "0.0007462"), (1, {"mass": 2e-7}, "8.944e-05"),
+     (2, {"stiffness": 2e6}, "8.164e-05"), (3, {"mass": (1, 1, 1e-7)}, "4.472e-05")],
 )  # fmt: skip
-def test_a_step_at_which_the_scheme_is_unstable_is_refused(n_blocks, law, least):
-    """0.6 m / eta, and 2 over a bound of the largest frequency."""
+def test_a_step_at_which_the_scheme_is_unstable_or_coarse_is_refused(n_blocks, law, least):
+    """0.6 m / eta, and a fifth over a bound of the largest frequency."""
     chain = ChainParameters(n_blocks, 10.0, rest_length=1000.0, **law)
-    with pytest.raises(InputError, match=f"time_step = 0.001: .* needs one below {least}; or take"):
+    with pytest.raises(InputError, match=f"time_step = 0.001: .* needs {least} or less; or"):
         simulate(chain, duration=1.0, method="verlet")
     steps = {"time_step": float(least), "sample_interval": None}
     simulate(chain, duration=10 * float(least), method="verlet", **steps)
+
+
+def test_stiff_and_light_chains_at_the_longest_step_move_as_the_exact_ones_do():
+    for law, time in (({"stiffness": 1e6}, 20.0), ({"mass": 1e-4}, 200.0)):
+        chain = ChainParameters(3, 10.0, **law)
+        how = {"duration": time, "transient": time / 4, "sample_interval": None}
+        scheme, exact = (
+            simulate(chain, method=method, time_step=step, **how)
+            for method, step in (("verlet", longest_step(chain)), ("event", 0.001))
+        )
+        assert scheme.disorder_parameter == pytest.approx(exact.disorder_parameter, rel=0.03)
+        assert scheme.mean_wall_tension == pytest.approx(exact.mean_wall_tension, rel=0.01)
 
 
 def test_a_viscous_chain_just_below_that_step_moves_as_the_exact_one_does():

@@ -2,12 +2,13 @@
 
 import re
 import warnings
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from beltrepro import ChainParameters, ChainState, Grid, catalogue, scan, simulate
+from beltrepro import ChainParameters, ChainState, Grid, catalogue, scan, simulate, sweep
 from beltrepro.model.spring import balance_length
 from beltrepro.simulation.loading import beginning
 
@@ -149,6 +150,68 @@ def test_pieces_of_a_run_are_told_of_while_the_chain_loads_and_never_later(lengt
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             state = simulate(chain, **options).final_state
+
+
+SLOW_FIVE = ChainParameters(5, 0.2, 1.0)
+LATE = {"duration": 3000.0, "transient": 1000.0}
+
+
+@pytest.mark.parametrize(
+    ("chain", "name", "values", "lengths"),
+    [
+        (ChainParameters(5, 1.0), "stiffness", [4.0, 1.0], {"duration": 3000.0, "transient": 50.0}),
+        (
+            SLOW_FIVE,
+            "stiffness",
+            [1.0, 0.25],
+            {"duration": 1400.0, "transient": 1300.0},
+        ),  # all of it
+        (
+            ChainParameters(5, 1.0),
+            "static_friction",
+            [10.0, 71.4],
+            {"duration": 3000.0, "transient": 100.0},
+        ),
+        (
+            ChainParameters(5, 1.0),
+            "belt_velocity",
+            [0.001, 1.0],
+            {"duration": 3000.0, "transient": 100.0},
+        ),
+    ],
+)
+def test_a_chain_that_is_changed_loads_anew_as_far_as_it_has_to(chain, name, values, lengths):
+    first, changed = (replace(chain, **{name: value}) for value in values)
+    with warnings.catch_warnings(action="ignore"):
+        state = simulate(first, duration=5000.0, **NO_SAMPLES).final_state
+    (line,) = lines(scan, changed, initial_state=state, **lengths)
+    transient = float(re.search(r"loading is measured too .* transient=(\S+?);? ", line)[1])
+    way = balance_length(changed) - state.positions[-1]
+    assert way <= transient * changed.belt_velocity <= 1.5 * way
+    longer = {"duration": 4 * transient, "transient": transient}
+    assert not lines(scan, changed, initial_state=state, **longer)
+
+
+@pytest.mark.parametrize(
+    ("chain", "sweep_of"),
+    [
+        (ChainParameters(5, 1.0), {"belt_velocity": [1, 3, 10, 20, 10, 3, 1]}),
+        (ChainParameters(5, 10.0), {"friction_ratio": [0.5, 0.3, 0.4, 0.5]}),
+        (ChainParameters(5, 10.0), {"stiffness": [1.0, 2.0, 0.7]}),
+    ],
+)
+def test_a_sweep_that_leaves_out_what_changes_is_not_warned_of(chain, sweep_of):
+    assert not lines(sweep, chain, **LATE, **sweep_of)
+
+
+def test_a_belt_that_goes_on_faster_loads_sooner():
+    chain, belt = ChainParameters(5, 1e-6), [(2000.0, 1.0)]
+    lengths = {"duration": 9000.0, "transient": 2100.0}
+    (line,) = lines(simulate, chain, belt=belt, **lengths, **NO_SAMPLES)
+    transient = float(re.search(r"transient=(\S+)", line)[1])
+    way = balance_length(ChainParameters(5, 1.0)) - 250.0
+    assert 2000 + way <= transient <= 1.3 * (2000 + way)
+    assert not lines(simulate, chain, belt=belt, **lengths | {"transient": transient}, **NO_SAMPLES)
 
 
 def test_hardly_a_run_of_stationary_motion_is_taken_for_loading():

@@ -80,6 +80,13 @@ def test_bins_narrower_than_the_step_of_the_values_are_told():
         density(values * np.random.default_rng(1).random(4000))
 
 
+@pytest.mark.parametrize("beside", [0.0, 1e-12, -1e-12, 1e-10, -1e-10, 1e-8, -1e-8])
+def test_values_near_the_edge_of_a_bin_are_all_counted(beside):
+    for values in ([1.0, 2.0, 10.0], [1.0, 1.0, 1.0]):
+        made = density(np.repeat(np.array(values) * (1 + beside), 20))
+        assert made.count.sum() == 60 and len(made.count) <= 6
+
+
 def test_a_spectrum_of_too_little_says_what_is_needed():
     short = spectrum(RNG(0).standard_normal((2, 2900)), sample_interval=1.0)
     needed = "lasts 2900: from a frequency of 0.01 on 3 stretches of 1000 are needed, 3000 in all"

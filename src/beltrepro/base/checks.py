@@ -31,7 +31,7 @@ def shown(value: Any) -> str:
 def beside(value: float, *, above: bool) -> str:
     """A limit in four digits that is not beyond it: above or below the value."""
     rounding = decimal.ROUND_CEILING if above else decimal.ROUND_FLOOR
-    return f"{decimal.Context(prec=4, rounding=rounding).create_decimal_from_float(value):g}"
+    return f"{float(decimal.Context(prec=4, rounding=rounding).create_decimal_from_float(value)):g}"
 
 
 def is_sequence(value: Any) -> TypeGuard[Iterable]:

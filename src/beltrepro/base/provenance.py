@@ -7,6 +7,7 @@ import os
 import platform
 import re
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterable
 from importlib.metadata import version
@@ -42,9 +43,32 @@ def of_all(parts: Iterable[dict]) -> dict[str, str]:
     return {name: "; ".join(dict.fromkeys(text.split("; "))) for name, text in texts.items()}
 
 
-@functools.cache
 def code_version() -> str:
-    """Version of the package, with its commit where that is known, and "dirty" after changes."""
+    """Version of the package, with its commit where that is known, and "dirty" after changes.
+
+    As of the first call; and changes of files from which a part of the code was loaded later.
+    """
+    version, waiting = _noted()
+    is_edited = any(name in sys.modules and _time_of(path) != then for name, path, then in waiting)
+    return version + ".dirty" * (is_edited and "+" in version and not version.endswith(".dirty"))
+
+
+@functools.cache
+def _noted() -> tuple[str, list[tuple[str, Path, int]]]:
+    """The version now; names, files and times of the modules that are not loaded yet."""
+    waiting = []
+    for path in ROOT.rglob("*.py"):
+        name = ".".join((PACKAGE, *path.relative_to(ROOT).with_suffix("").parts))
+        if (name := name.removesuffix(".__init__")) not in sys.modules:
+            waiting.append((name, path, _time_of(path)))
+    return _version_and_commit(), waiting
+
+
+def _time_of(path: Path) -> int:
+    return path.stat().st_mtime_ns if path.exists() else 0
+
+
+def _version_and_commit() -> str:
     number, tree = VERSION, ROOT.parents[1]  # this package is src/beltrepro of the tree
     commit = _commit_of_git(tree) if (tree / ".git").exists() else _commit_of_archive(tree)
     return f"{number}+g{commit}" if commit else number

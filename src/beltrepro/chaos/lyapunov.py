@@ -18,6 +18,7 @@ from beltrepro.model import ChainParameters
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, observe
+from beltrepro.simulation.loading import warn_of_loading
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import OF_RUNS, Tabled, one_panel
@@ -27,7 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ACROSS = OF_RUNS + "across"
-_APART = 6  # errors of a difference that runs of one motion do not reach
+# Errors of a difference that runs of one motion do not reach, nor the halves of one run.
+_APART, _HALVES_APART = 6, 4
+_LEAST_HALF = 16  # intervals, of which the error is known well enough
 _ALIGNED = 0.2  # last share of the transient, in which the vectors turn to their directions
 
 
@@ -187,7 +190,10 @@ def lyapunov_spectrum(
     measure = partial(_growth, count=count, **settings)
     settings["n_exponents"] = "all" if n_exponents is None else count
     spectra = gathered("exponents", made, measure, progress, on_error, store, **settings)
-    warn_of_rests(made.cases, spectra.of_runs[RESTS], transient)
+    rests = spectra.of_runs[RESTS]
+    warn_of_rests(made.cases, rests, transient)
+    unknown = np.where(rests, np.nan, np.inf)
+    warn_of_loading(made.cases, unknown, duration=duration, transient=transient)
     interval = (duration - transient) / spectra["growth"].shape[1]
     if not one_chain:
         spectra["interval"] = np.array(interval)
@@ -197,20 +203,34 @@ def lyapunov_spectrum(
     growth, errors, runs, stuck = (spectra[name][well] for name in names)
     across, error = spectra.of_runs[_ACROSS][well], spectra["nontrivial_error"][well, None]
     parts = *_mean_of_runs(growth, errors), runs, growth, interval, stuck, noise_clock
-    _warn_of_several_motions(slopes(across)[:, 0], error[:, 0])
+    _warn_of_several_motions(across, error[:, 0])
     nontrivial = (mean.item() for mean in _mean_of_runs(across, error))
     return LyapunovSpectrum(made.cases[0].parameters, *parts, *nontrivial)
 
 
-def _warn_of_several_motions(exponents: np.ndarray, errors: np.ndarray) -> None:
-    """Say where the nontrivial exponents (R,) of R runs lie further apart than chance brings."""
+def _warn_of_several_motions(growth: np.ndarray, errors: np.ndarray) -> None:
+    """Say where nontrivial exponents of R runs, or of the halves of one, differ beyond chance.
+
+    growth : rates (R, T, 1) of growth; errors (R,) of their slopes.
+    """
+    parts, apart = "runs differ", _APART
+    if len(growth) == 1:
+        if (half := growth.shape[1] // 2) < _LEAST_HALF:
+            return
+        growth = growth[0, : 2 * half].reshape(2, half, 1)
+        errors, parts, apart = (
+            standard_errors(growth)[:, 0],
+            "halves of the run differ",
+            _HALVES_APART,
+        )
+    exponents = slopes(growth)[:, 0]
     ends = [np.argmin(exponents), np.argmax(exponents)]
-    if np.isfinite(exponents[ends]).all() and np.ptp(exponents) > _APART * np.hypot(*errors[ends]):
+    if np.isfinite(exponents[ends]).all() and np.ptp(exponents) > apart * np.hypot(*errors[ends]):
         low, high = (f"{exponents[end]:.3g} ± {errors[end]:.1g}" for end in ends)
         warn(
-            f"runs differ by more than their errors: nontrivial exponents from {low} to {high}; "
-            "the means may be those of several motions together (`lyapunov_spectrum` of a Grid "
-            "gives those of each run)"
+            f"{parts} by more than their errors: nontrivial exponents from {low} to {high}; the "
+            "means may be those of several motions together (`lyapunov_spectrum` of a Grid gives "
+            "those of each run)"
         )
 
 

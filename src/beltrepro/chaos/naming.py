@@ -26,6 +26,7 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, moments_interval, moments_of
+from beltrepro.simulation.loading import warn_of_loading
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
@@ -134,10 +135,15 @@ def classify(
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     vectors.check_method(made.cases, noise_clock)
-    settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
+    lengths = {"duration": duration, "transient": transient}
+    settings: dict = {**lengths, "noise_clock": noise_clock}
     measure = partial(_judged, **settings)
     motions = gathered("motion", made, measure, progress, on_error, store, **settings)
-    warn_of_rests(made.cases, motions.of_runs[RESTS], transient)
+    rests = motions.of_runs[RESTS]
+    warn_of_rests(made.cases, rests, transient)
+    # the numbers of an orbit are those of its period
+    known = rests | (motions["state"] == PERIODIC)
+    warn_of_loading(made.cases, np.where(known, np.nan, motions["disorder_parameter"]), **lengths)
     if not made.alone:
         return motions
     measured = [field.name for field in fields(Motion)[1:]]

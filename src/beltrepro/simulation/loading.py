@@ -22,16 +22,31 @@ _STILL = 1e-6  # r of a viscous chain that only comes nearer to its balance
 _SURELY = 5  # loading times after which nobody looks any more
 _BINS = 10  # at least, however short a run is
 _FOLDINGS = 5  # by which an overshoot shrinks until it is no part of loading
+_FAR, _FAR_PERIODS = 0.3, 3  # of loading and of periods, which motion that has loaded rises in less
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
 
 
 class LoadingWatch:
     """Whether the measured parts of P runs begin while the chains still load."""
 
-    def __init__(self, cases: Sequence[Case], duration: float, transient: float) -> None:
+    def __init__(
+        self,
+        cases: Sequence[Case],
+        duration: float,
+        transient: float,
+        belt: Sequence[tuple[float, float]] = (),
+    ) -> None:
+        """Of cases whose belt may change: when, from their beginning, and to which velocity."""
         self._cases, self._duration, self._transient = cases, duration, transient
+        self._belt = belt
         # of the runs in which it matters: a transient that leaves it out, and r; NaN of the others
         self.noted = np.full((len(cases), 2), np.nan)
+
+    def note(self, disorder: np.ndarray) -> None:
+        """Note those of P runs of which the belt has not carried the last block to its balance."""
+        for row, case in enumerate(self._cases):
+            if not _age(case) and self._transient < self._loading_time(case):
+                self.noted[row] = self._needed(case, 0.0), disorder[row]
 
     def observe(self, group: Group, chains: Integrator, *observers: Any) -> None:
         """Advance a group of runs, show it to the observers, and note which begin with loading."""
@@ -40,7 +55,8 @@ class LoadingWatch:
         unit = slow_unit(group.chain)
         history = LengthHistory(len(cases), begun, end, min(unit, (end - begun) / _BINS) or unit)
         loaded = all(
-            _age(case) + self._transient >= _SURELY * _loading_time(case) and not self._brief(case)
+            _age(case) + self._transient >= _SURELY * self._loading_time(case)
+            and not self._brief(case)
             for case in cases
         )
         watching = observers if loaded else (*observers, history)
@@ -49,6 +65,9 @@ class LoadingWatch:
             length, matters, whole, _ = beginning(history)
             disorder = whole.deviation / (whole.mean + group.chain.rest_positions[-1])
             settles = np.array([case.parameters.viscosity > 0 for case in cases])
+            # what does so for all of a run has no end that could be seen
+            ends = [math.inf if _age(case) else self._loading_time(case) for case in cases]
+            matters |= np.isfinite(ends) & (np.array(ends) > self._duration)
             for lane in np.flatnonzero(matters | settles & _shrinks(history)):
                 if self._may_load(cases[lane], disorder[lane]):
                     needed = self._needed(cases[lane], length[lane])
@@ -56,7 +75,7 @@ class LoadingWatch:
 
     def warn(self) -> None:
         """Warn if runs are measured while their chains load, and say how long that takes."""
-        loading = np.flatnonzero(~np.isnan(self.noted[:, 0]))
+        loading = np.flatnonzero(~np.isnan(self.noted).any(axis=1))
         if not len(loading):
             return
         number = loading[np.argmax(self.noted[loading, 0])]
@@ -70,15 +89,15 @@ class LoadingWatch:
         elif needed <= self._transient:  # it has loaded, and moves one way all the time
             what, advice = "less than a slow motion is measured", "a longer duration has more of it"
         warn(
-            f"{many}{what} ({self._cases[number].parameters.describe()}: "
-            f"r = {disorder:.3g}); {advice}"
+            f"{many}{what} ({self._cases[number].parameters.describe()}"
+            f"{f': r = {disorder:.3g}' if math.isfinite(disorder) else ''}); {advice}"
         )
 
     def _needed(self, case: Case, length: float) -> float:
         """A transient that leaves the loading of a run out, of two digits; 0 if it has loaded."""
-        if self._brief(case) and self._transient >= _loading_time(case):
+        if self._brief(case) and self._transient >= self._loading_time(case):
             return 0.0
-        loading = _loading_time(case) - _age(case)
+        loading = self._loading_time(case) - _age(case)
         # viscous chains creep on where the belt has brought them
         creeps = math.isinf(length) and self._transient < loading < self._duration
         seen = self._duration if creeps else self._transient + length
@@ -90,10 +109,9 @@ class LoadingWatch:
 
     def _may_load(self, case: Case, disorder: float) -> bool:
         """Whether a run that begins elsewhere loads, and is not in the middle of a slow motion."""
-        # period, less than 2 pi / (pi / (2N + 1)) in the paper's chain
-        slowest = (4 * case.parameters.n_blocks + 2) * slow_unit(case.parameters)
+        slowest = _slowest_period(case.parameters)
         measured = self._duration - self._transient
-        left_out, loading = _age(case) + self._transient, _loading_time(case)
+        left_out, loading = _age(case) + self._transient, self._loading_time(case)
         if _age(case) > 0:  # its motion may be as slow as that
             slowest = max(slowest, loading)
         long_enough = measured >= _PERIODS * slowest and disorder > _STILL
@@ -101,15 +119,38 @@ class LoadingWatch:
 
     def _brief(self, case: Case) -> bool:
         """Whether a run, no piece of a longer one, measures less than the belt takes to load it."""
-        whole = _rise(case.parameters, case.parameters.rest_positions)
+        whole = self._when(case, _rise(case.parameters, case.parameters.rest_positions))
         return not _age(case) and self._duration - self._transient < whole
 
+    def _loading_time(self, case: Case) -> float:
+        """Time that loading takes from where a chain has begun to move."""
+        chain = case.parameters
+        begun = chain.rest_positions if _age(case) else case.state.positions
+        settling = _settling(chain) if chain.viscosity > 0 else 0.0
+        return self._when(case, _rise(chain, begun)) + settling
 
-def _loading_time(case: Case) -> float:
-    """Time that loading takes from where a chain has begun to move."""
-    chain = case.parameters
-    begun = chain.rest_positions if _age(case) else case.state.positions
-    return _rise(chain, begun) + (_settling(chain) if chain.viscosity > 0 else 0.0)
+    def _when(self, case: Case, time: float) -> float:
+        """When the belt has come as far as it would have in a time at its first velocity."""
+        begin, velocity = 0.0, case.parameters.belt_velocity
+        way = velocity * time
+        for change, next_velocity in self._belt:
+            if way <= velocity * (change - begin):
+                break
+            way -= velocity * (change - begin)
+            begin, velocity = change, next_velocity
+        return begin + way / velocity
+
+
+def warn_of_loading(
+    cases: Sequence[Case], disorder: np.ndarray, *, duration: float, transient: float
+) -> None:
+    """Warn if P runs are measured before the belt can have brought them to their balance.
+
+    disorder : r of each, infinite where it is not known, and NaN where loading is no matter.
+    """
+    watch = LoadingWatch(cases, duration, transient)
+    watch.note(disorder)
+    watch.warn()
 
 
 def _settling(chain: ChainParameters) -> float:
@@ -133,8 +174,21 @@ def _rise(chain: ChainParameters, begun: np.ndarray) -> float:
 
 
 def _age(case: Case) -> float:
-    """How long a chain has moved before its run, in which it has loaded."""
-    return case.state.time if case.state.displacements.any() else 0.0
+    """How long a chain has moved before its run, in which it has loaded.
+
+    It has not where its belt or law were others then, and its springs are far from where the
+    belt will bring them.
+    """
+    chain, state = case.parameters, case.state
+    rise, whole = (_rise(chain, places) for places in (state.positions, chain.rest_positions))
+    far = rise > max(_FAR * whole, _FAR_PERIODS * _slowest_period(chain))
+    is_other = state.wall_impulse == 0  # the audit begins anew
+    return state.time if state.displacements.any() and not (is_other and far) else 0.0
+
+
+def _slowest_period(chain: ChainParameters) -> float:
+    """Period of the slowest mode, less than 2 pi / (pi / (2N + 1)) in the paper's chain."""
+    return (4 * chain.n_blocks + 2) * slow_unit(chain)
 
 
 def _shrinks(history: LengthHistory) -> np.ndarray:

@@ -21,7 +21,7 @@ from beltrepro.observe.slips import SlipActivity
 from beltrepro.observe.sum_rule import ForwardSlip, mean_wall_tension, sum_rule_residual
 from beltrepro.simulation.gathering import LOADING, gathered
 from beltrepro.simulation.groups import Group, Report, integrator_of, moments_of, observe
-from beltrepro.simulation.loading import LoadingWatch
+from beltrepro.simulation.loading import LoadingWatch, warn_of_loading
 from beltrepro.simulation.packed import packed
 from beltrepro.simulation.results import SLIP_COLUMNS, Results
 from beltrepro.simulation.setup import (
@@ -103,7 +103,7 @@ def scan(
           fraction and the longest are NaN where no laminar phase fits into the time
         - of the whole run: energy_residual, sum_rule_residual as `Run` has them; mean_wall_tension,
           a force, positive where the wall is pulled; last_stick_time of the last block, NaN if it
-          never stuck
+          never came to stick
 
         `initial_state=results.final_states` goes on from its end.
 
@@ -283,7 +283,10 @@ def time_to_continuous_slip(
     measure = partial(_until_slip, **settings, laminar_time=laminar_time)
     settings["laminar_time"] = shortest
     kind = "time to continuous slip"
-    return gathered(kind, made, measure, progress, on_error, store, ends=True, **settings)
+    results = gathered(kind, made, measure, progress, on_error, store, ends=True, **settings)
+    lengths = {"duration": duration, "transient": duration - settle_time}
+    warn_of_loading(made.cases, results["final_disorder"], **lengths)
+    return results
 
 
 def _until_slip(

@@ -380,12 +380,13 @@ def _check_means(row: dict[str, Any]) -> None:
         )
     if method == "event" and (text := noise_beyond_event(chain)):
         raise InputError(f"noise {text}")
-    # of the paper's law it is 1, longer than a step may be
-    if method == "verlet" and chain.varied and (most := longest_step(chain)) <= row["time_step"]:
+    # of the paper's law it is 0.1, as long as a step may be
+    most = longest_step(chain) if method == "verlet" and chain.varied else np.inf
+    if row["time_step"] > (1 + _STEP_SHARE) * most:
         raise InputError(
             f"time_step = {row['time_step']:g}: for blocks so light, springs so stiff or friction "
-            f"so viscous ({chain.describe()}) 'verlet' needs one below "
-            f"{0.995 * most:.3g}; or take 'event'"  # rounded, it is below most too
+            f"so viscous ({chain.describe()}) 'verlet' needs {checks.beside(most, above=False)} or "
+            "less; or take 'event'"
         )
 
 

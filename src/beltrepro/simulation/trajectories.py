@@ -107,7 +107,7 @@ def simulate(
         made = with_value(made, "belt_velocity", steps.pop(0)[1])
     lengths = {"duration": duration, "transient": transient}
     samples = check_samples(sample_interval, sample_start, duration, made.cases)
-    loading = LoadingWatch(made.cases, **lengths)
+    loading = LoadingWatch(made.cases, **lengths, belt=steps)
     work = partial(_followed, loading, lengths | samples, steps)
     runs = of_each(in_groups(made.cases, work, progress, workers=made.workers))
     loading.warn()

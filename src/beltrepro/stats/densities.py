@@ -139,7 +139,9 @@ class Density:
         first = np.floor(np.log10(positive.min()) * bins_per_decade + 1e-9)
         last = np.ceil(np.log10(positive.max()) * bins_per_decade - 1e-9)
         edges = 10 ** (np.arange(first, max(last, first + 1) + 1) / bins_per_decade)
-        edges[[0, -1]] *= 1 - 1e-12, 1 + 1e-12  # rounding must not drop the extreme values
+        edges[[0, -1]] *= 1 - 1e-12, 1 + 1e-12
+        ends = positive.min(), positive.max()  # those near an edge are in the bin beside it
+        edges[0], edges[-1] = min(edges[0], ends[0]), max(edges[-1], ends[1])
         centre, half = np.sqrt(edges[1:] * edges[:-1]), 10 ** (0.5 / bins_per_decade)
         counts = [np.histogram(values, edges)[0] for values in by_chain(sample)]
         return cls(centre, centre * (half - 1 / half), np.array(counts))
@@ -170,7 +172,9 @@ class Density:
     def law(self) -> PowerLaw:
         """Power law through all bins, weighted by their counts: the exponents that Fig. 9 prints.
 
-        The intervals are those of chains drawn anew. It tests nothing: `power_law` does.
+        The intervals are those of chains drawn anew. Of one chain stretches are drawn, and about 90
+        in 100 hold the exponent; 80 where its motion changes and lasts. It tests nothing:
+        `power_law` does, and refuses the few sizes of periodic motion.
 
         Returns
         -------

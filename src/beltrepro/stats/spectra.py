@@ -122,7 +122,7 @@ class PowerSpectrum:
         """One-sided power spectral density (F,).
 
         Its integral is the variance up to Hann's window, which weighs the middle of a series: of a
-        single one they can differ by some 10 %.
+        single one they can differ by 20 %, and by far more where its motion changes and lasts.
         """
         return self._whole[1]
 
