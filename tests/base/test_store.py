@@ -117,7 +117,12 @@ def test_code_that_is_loaded_after_it_was_edited_is_dirty(version_of, tmp_path, 
             assert provenance.code_version() == f"{first}.dirty"
     monkeypatch.setitem(sys.modules, "beltrepro.a", None)  # later, and not edited
     assert provenance.code_version() == first
-    assert version_of() != first
+    (provenance.ROOT / "late.py").write_text("new = 2\n")
+    second = version_of()
+    assert second != first and second.endswith(".dirty")
+    (provenance.ROOT / "late.py").unlink()
+    monkeypatch.setitem(sys.modules, "beltrepro.late", None)
+    assert provenance.code_version() == second
 
 
 def test_the_commit_is_that_of_the_tree_whoever_asks_and_owns_it(version_of, tmp_path, monkeypatch):

@@ -274,6 +274,7 @@ def test_numbers_of_chains_that_still_load_are_told_with_a_transient_that_does(c
     with warnings.catch_warnings(action="error"):
         called(chain, **lengths(needed))
         called(ChainParameters(3, 10.0), **lengths(60))
+        classify(ChainParameters(3, 10.0), duration=2000, transient=5)  # numbers of its orbit
 
 
 def autoregressive(runs, length, mean, memory, seed):

@@ -117,8 +117,8 @@ def test_the_length_that_a_law_asks_for_is_enough(low):
 
 def test_stretches_that_differ_by_more_than_chance_are_told():
     """Of motion that changes between a weak and a strong kind; of one kind, however red, not."""
-    red = scipy.signal.lfilter([1], [1, -0.98], RNG(0).standard_normal((6, 20_000)), axis=1)
-    changing = red * (1 + 4 * (np.arange(20_000) // 2500 % 2))
+    red = scipy.signal.lfilter([1], [1, -0.98], RNG(0).standard_normal((24, 20_000)), axis=1)
+    changing = red[:6] * (1 + 4 * (np.arange(20_000) // 2500 % 2))
     with warnings.catch_warnings(action="error"):
         for series in red:
             spectrum(series, sample_interval=1.0).law(0.01, 0.3)

@@ -65,9 +65,6 @@ class LoadingWatch:
             length, matters, whole, _ = beginning(history)
             disorder = whole.deviation / (whole.mean + group.chain.rest_positions[-1])
             settles = np.array([case.parameters.viscosity > 0 for case in cases])
-            # what does so for all of a run has no end that could be seen
-            ends = [math.inf if _age(case) else self._loading_time(case) for case in cases]
-            matters |= np.isfinite(ends) & (np.array(ends) > self._duration)
             for lane in np.flatnonzero(matters | settles & _shrinks(history)):
                 if self._may_load(cases[lane], disorder[lane]):
                     needed = self._needed(cases[lane], length[lane])
