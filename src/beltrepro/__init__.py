@@ -59,6 +59,7 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         about = _import_module("beltrepro.base.names").left(name)
         raise AttributeError(about or f"module {__name__!r} has no attribute {name!r}")
+    _import_module("beltrepro.base.provenance").code_version()  # before the code can change
     return getattr(_import_module(f"beltrepro.{_HOMES[name]}"), name)
 
 

@@ -24,11 +24,12 @@ sys.meta_path.insert(0, Hidden())
 LIBRARY = """
 import numpy as np
 import beltrepro
-from beltrepro import ChainParameters, Grid, Run, classify, scan, simulate
+beltrepro.to_si
 from beltrepro.base import provenance
+assert provenance._noted.cache_info().currsize  # as the first of the code is loaded
+from beltrepro import ChainParameters, Grid, Run, classify, scan, simulate
 from beltrepro.base.errors import InputError
 
-assert provenance._noted.cache_info().currsize  # noted as the code is loaded
 for name in beltrepro.__all__:
     assert getattr(beltrepro, name).__doc__, name
 chain = ChainParameters(3, 10.0)

@@ -1,5 +1,7 @@
 """Tracking at a known scale: places to parts of a pixel, lost frames, refusals in one line."""
 
+from fractions import Fraction
+
 import av
 import cv2
 import numpy as np
@@ -89,6 +91,18 @@ def test_frames_without_the_block_are_lost_and_told(tmp_path):
     np.testing.assert_allclose(tracked.lost_s, np.array(times) / RATE, atol=1e-3)
     assert len(tracked.time_s) == len(frames) - 25
     assert rms(errors(tracked)) < 0.1
+
+
+def test_pixels_that_players_stretch_are_told(tmp_path):
+    written(tmp_path / "a.mp4", WHOLE[:30])
+    with av.open(str(tmp_path / "a.mp4")) as film, av.open(str(tmp_path / "b.mp4"), "w") as wide:
+        stream = wide.add_stream("libx264", rate=24, width=400, height=80, pix_fmt="yuv420p")
+        stream.codec_context.sample_aspect_ratio = Fraction(4, 3)
+        for frame in film.decode(video=0):
+            wide.mux(stream.encode(frame))
+        wide.mux(stream.encode())
+    with pytest.warns(UserWarning, match=r"its pixels are 1\.333 times as wide as high"):
+        track(tmp_path / "b.mp4", **KNOWN)
 
 
 def copied(path, other, lost=()):

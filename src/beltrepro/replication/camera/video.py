@@ -82,11 +82,12 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     path = checks.path("video", path)
     reading.opened(path).close()  # one line for what is no file
     first, last, to_grey = math.nan, -math.inf, VideoReformatter()
-    is_whole, count, left_out, announced = True, 0, [], 0.0
+    is_whole, count, left_out, announced, shape = True, 0, [], 0.0, [1]
     early, times, rests = 0, [], []  # frames out of order; those read: when, and on others or not
     same, since, longest = None, 0.0, (0.0, 0.0)  # a picture that stays: from when, for how long
     with suppress(av.FFmpegError), av.open(f"file:{path}") as container:
         announced = _seconds(container)
+        shape = [one.sample_aspect_ratio or 1 for one in container.streams.video[:1]]
         for frame in _decoded(container):
             if frame is None:
                 is_whole = False
@@ -127,6 +128,12 @@ def read_video(path: str | Path) -> Iterator[Frame]:
             where = f"{missing.size} times, first at {times[missing[0]] - first:.3g} s"
             wrong = "if the file lost them, places up to the next whole picture are wrong"
             warnings.warn(f"{path}: frames are missing {where}; {wrong}", stacklevel=2)
+    if shape != [1]:
+        warnings.warn(
+            f"{path}: its pixels are {float(shape[0]):.4g} times as wide as high, and players "
+            "stretch it: scale and zero are those of stored pixels",
+            stacklevel=2,
+        )
     if longest[1] > _STILL_S:
         still = f"from {longest[0]:.3g} s for {longest[1]:.3g} s"
         warnings.warn(f"{path}: the picture stands still {still}", stacklevel=2)
