@@ -26,7 +26,7 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, moments_interval, moments_of
-from beltrepro.simulation.loading import warn_of_loading
+from beltrepro.simulation.loading import carried, warn_of_loading
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
@@ -268,15 +268,10 @@ def warn_of_rests(cases: Sequence[Case], rests: np.ndarray, transient: float | N
 
 
 def _loading_and_cycles(case: Case) -> tuple[float, float]:
-    """Model time in which a chain loads from its start, and in which it slips some times at least.
-
-    The belt carries a single block from 2 f_s F_st - F_st to F_st before it slips, others less far.
-    """
+    """Model time in which a chain loads from its start, and in which it slips some times."""
     chain = case.parameters
     loading = loading_time(chain, case.state.positions)
-    threshold, ratio = chain.by_block("static_friction"), chain.by_block("friction_ratio")
-    carried = float((2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max())
-    return _AMPLE * loading, _CYCLES * max(carried / chain.belt_velocity, _slowest(chain))
+    return _AMPLE * loading, _CYCLES * max(carried(chain) / chain.belt_velocity, _slowest(chain))
 
 
 def _slowest(chain: ChainParameters) -> float:

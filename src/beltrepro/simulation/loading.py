@@ -23,6 +23,8 @@ _SURELY = 5  # loading times after which nobody looks any more
 _BINS = 10  # at least, however short a run is
 _FOLDINGS = 5  # by which an overshoot shrinks until it is no part of loading
 _FAR, _FAR_PERIODS = 0.3, 3  # of loading and of periods, which motion that has loaded rises in less
+_STICKS = 2  # in less time r is that of a part of the motion
+_LONGER = 10  # times the transient, a run that shows enough
 _AMPLE = 1.25  # what should be left out, over what is seen to be loading
 
 
@@ -56,7 +58,7 @@ class LoadingWatch:
         history = LengthHistory(len(cases), begun, end, min(unit, (end - begun) / _BINS) or unit)
         loaded = all(
             _age(case) + self._transient >= _SURELY * self._loading_time(case)
-            and not self._brief(case)
+            and not (self._brief(case) or self._short(case))
             for case in cases
         )
         watching = observers if loaded else (*observers, history)
@@ -69,6 +71,9 @@ class LoadingWatch:
                 if self._may_load(cases[lane], disorder[lane]):
                     needed = self._needed(cases[lane], length[lane])
                     self.noted[group.indices[lane]] = needed, disorder[lane]
+            for row, case, one in zip(group.indices, cases, disorder, strict=True):
+                if np.isnan(self.noted[row, 0]) and one > _STILL and self._short(case):
+                    self.noted[row] = 0.0, one
 
     def warn(self) -> None:
         """Warn if runs are measured while their chains load, and say how long that takes."""
@@ -79,8 +84,9 @@ class LoadingWatch:
         needed, disorder = self.noted[number].tolist()
         total = len(self._cases)
         many = "" if total == 1 else f"{len(loading)} of {total} chains: "
-        longer = "" if needed < self._duration / 2 else " and a duration well beyond it"
-        what, advice = "loading is measured too", f"transient={needed:g}{longer} leaves it out"
+        leaves = f" and duration={min(_LONGER * needed, LONGEST):g} leave"
+        leaves = " leaves" if needed < self._duration / 2 else leaves
+        what, advice = "loading is measured too", f"transient={needed:g}{leaves} it out"
         if needed > LONGEST / 2:
             advice = f"it lasts longer than a run may ({LONGEST:g})"
         elif needed <= self._transient:  # it has loaded, and moves one way all the time
@@ -119,6 +125,12 @@ class LoadingWatch:
         whole = self._when(case, _rise(case.parameters, case.parameters.rest_positions))
         return not _age(case) and self._duration - self._transient < whole
 
+    def _short(self, case: Case) -> bool:
+        """Whether a run, no piece of a longer one, measures less than two sticks of a block."""
+        velocity = self._belt[-1][1] if self._belt else case.parameters.belt_velocity
+        sticks = _STICKS * carried(case.parameters) / velocity
+        return not case.state.time and self._duration - self._transient < sticks
+
     def _loading_time(self, case: Case) -> float:
         """Time that loading takes from where a chain has begun to move."""
         chain = case.parameters
@@ -148,6 +160,15 @@ def warn_of_loading(
     watch = LoadingWatch(cases, duration, transient)
     watch.note(disorder)
     watch.warn()
+
+
+def carried(chain: ChainParameters) -> float:
+    """How far the belt carries a single block until it slips, from where it stuck, at most.
+
+    From 2 f_s F_st - F_st to F_st; blocks with neighbours less far.
+    """
+    threshold, ratio = chain.by_block("static_friction"), chain.by_block("friction_ratio")
+    return float((2 * (1 - ratio) * threshold / chain.by_block("stiffness")).max())
 
 
 def _settling(chain: ChainParameters) -> float:

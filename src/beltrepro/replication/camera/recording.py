@@ -124,7 +124,7 @@ def analyse(
     time, position = time[kept], position[kept] - checks.not_negative("blocks_m", blocks_m)
     lowest = position.min(initial=math.inf)
     require(
-        lowest >= 0,
+        lowest > 0,
         f"x_N reaches {lowest + blocks_m:.3g} m: it must be measured from the support, and hold "
         f"the {blocks_m:.3g} m of blocks",
     )
