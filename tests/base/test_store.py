@@ -98,8 +98,10 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0; 1.1"
 
 
-def test_code_that_is_loaded_after_it_was_edited_is_dirty(version_of, tmp_path, monkeypatch):
-    for name in ("early.py", "late.py", "part/__init__.py"):
+@pytest.mark.parametrize("late", ["late", "part"])
+def test_code_that_is_loaded_after_it_was_edited_is_dirty(version_of, tmp_path, monkeypatch, late):
+    files = {"early": "early.py", "late": "late.py", "part": "part/__init__.py"}
+    for name in files.values():
         (provenance.ROOT / name).parent.mkdir(exist_ok=True)
         (provenance.ROOT / name).write_text("")
     git(tmp_path, "init", "-q")
@@ -107,21 +109,21 @@ def test_code_that_is_loaded_after_it_was_edited_is_dirty(version_of, tmp_path, 
     git(tmp_path, "commit", "-qm", "first")
     monkeypatch.setitem(sys.modules, "beltrepro.early", None)
     first = version_of()
-    for name in ("early.py", "late.py", "part/__init__.py"):
+    monkeypatch.setitem(sys.modules, "beltrepro.a", None)  # later, and not edited
+    assert provenance.code_version() == first
+    for name in ("a.py", *files.values()):
         (provenance.ROOT / name).write_text("new = 1\n")
     git(tmp_path, "commit", "-qam", "second")
     assert provenance.code_version() == first  # what was loaded is of the first
-    for name in ("late", "part"):
-        with monkeypatch.context() as loaded:
-            loaded.setitem(sys.modules, f"beltrepro.{name}", None)
-            assert provenance.code_version() == f"{first}.dirty"
-    monkeypatch.setitem(sys.modules, "beltrepro.a", None)  # later, and not edited
-    assert provenance.code_version() == first
+    monkeypatch.setitem(sys.modules, f"beltrepro.{late}", None)
+    for _ in range(2):
+        assert provenance.code_version() == f"{first}.dirty"
     (provenance.ROOT / "late.py").write_text("new = 2\n")
+    monkeypatch.delitem(sys.modules, f"beltrepro.{late}")
     second = version_of()
     assert second != first and second.endswith(".dirty")
-    (provenance.ROOT / "late.py").unlink()
-    monkeypatch.setitem(sys.modules, "beltrepro.late", None)
+    (provenance.ROOT / files[late]).unlink()
+    monkeypatch.setitem(sys.modules, f"beltrepro.{late}", None)
     assert provenance.code_version() == second
 
 

@@ -28,9 +28,9 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def beside(value: float, *, above: bool) -> str:
-    """A limit in four digits that is not beyond it: above or below the value."""
-    rounding = decimal.ROUND_CEILING if above else decimal.ROUND_FLOOR
+def rounded(value: float, *, up: bool) -> str:
+    """A limit in four digits, rounded to the side where it is kept."""
+    rounding = decimal.ROUND_CEILING if up else decimal.ROUND_FLOOR
     return f"{float(decimal.Context(prec=4, rounding=rounding).create_decimal_from_float(value)):g}"
 
 

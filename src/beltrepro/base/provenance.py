@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
@@ -48,20 +49,30 @@ def code_version() -> str:
 
     As of the first call; and changes of files from which a part of the code was loaded later.
     """
-    version, waiting = _noted()
-    is_edited = any(name in sys.modules and _time_of(path) != then for name, path, then in waiting)
-    return version + ".dirty" * (is_edited and "+" in version and not version.endswith(".dirty"))
+    code = _noted()
+    for name in code.waiting.keys() & sys.modules.keys():
+        path, time = code.waiting.pop(name)
+        if _time_of(path) != time and "+" in code.version:
+            code.version = code.version.removesuffix(".dirty") + ".dirty"
+    return code.version
+
+
+@dataclass
+class _Code:
+    """The code of this process."""
+
+    version: str
+    waiting: dict[str, tuple[Path, int]]  # files of modules not loaded yet, and their times then
 
 
 @functools.cache
-def _noted() -> tuple[str, list[tuple[str, Path, int]]]:
-    """The version now; names, files and times of the modules that are not loaded yet."""
-    waiting = []
+def _noted() -> _Code:
+    waiting = {}
     for path in ROOT.rglob("*.py"):
         name = ".".join((PACKAGE, *path.relative_to(ROOT).with_suffix("").parts))
         if (name := name.removesuffix(".__init__")) not in sys.modules:
-            waiting.append((name, path, _time_of(path)))
-    return _version_and_commit(), waiting
+            waiting[name] = path, _time_of(path)
+    return _Code(_version_and_commit(), waiting)
 
 
 def _time_of(path: Path) -> int:
@@ -96,20 +107,21 @@ def _commit_of_archive(tree: Path) -> str:
     if not (noted := re.fullmatch(r"node: ([0-9a-f]{40})\ntree: ([0-9a-f]{40})\n", text)):
         return ""
     try:
-        mark = "" if _hash_of_files(tree) == noted[2] else ".dirty"
+        # in the commit the file had places for the two
+        template = text.replace(noted[1], "$Format:%H$").replace(noted[2], "$Format:%T$")
+        mark = "" if _hash_of_files(tree, template) == noted[2] else ".dirty"
     except (OSError, subprocess.CalledProcessError):
         mark = ".unverified"  # without git
     return noted[1][:12] + mark
 
 
-def _hash_of_files(tree: Path) -> str:
-    """What git calls the tree of all files that it would not ignore."""
+def _hash_of_files(tree: Path, template: str) -> str:
+    """What git calls the tree of all files that it would not ignore; template : `COMMIT_FILE`."""
     with tempfile.TemporaryDirectory() as folder:
         ask = functools.partial(_git, tree, f"--git-dir={folder}", f"--work-tree={tree}")
         _git(tree, "init", "--quiet", "--bare", folder)
         add = ["update-index", "--add", "--info-only", "-z", "--stdin"]
         ask(*add, input=ask("ls-files", "-z", "--others", "--exclude-standard"))
-        template = "node: $Format:%H$\ntree: $Format:%T$\n"  # of the file, before it was filled in
         blob = ask("hash-object", "-w", "--stdin", input=template)
         ask("update-index", "--cacheinfo", f"100644,{blob},{COMMIT_FILE}")
         return ask("write-tree", "--missing-ok")
@@ -120,11 +132,9 @@ def _git(tree: Path, *words: str, input: str | None = None) -> str:
     settings = ["-c", "safe.directory=*", "-c", f"core.excludesFile={os.devnull}"]
     command = ["git", *settings, "--no-optional-locks", "-C", str(tree), *words]
     # hooks and `git rebase --exec` name their own repository and index in variables
-    own = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
-    done = subprocess.run(
-        command, input=input, capture_output=True, check=True, env=own, errors="surrogateescape"
-    )
-    return done.stdout.strip()
+    variables = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
+    how: dict = {"capture_output": True, "check": True, "errors": "surrogateescape"}
+    return subprocess.run(command, input=input, env=variables, **how).stdout.strip()
 
 
 def _processor() -> str:

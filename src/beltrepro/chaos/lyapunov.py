@@ -192,8 +192,7 @@ def lyapunov_spectrum(
     spectra = gathered("exponents", made, measure, progress, on_error, store, **settings)
     rests = spectra.of_runs[RESTS]
     warn_of_rests(made.cases, rests, transient)
-    unknown = np.where(rests, np.nan, np.inf)
-    warn_of_loading(made.cases, unknown, duration=duration, transient=transient)
+    warn_of_loading(made.cases, np.where(rests, np.nan, np.inf), duration, transient)
     interval = (duration - transient) / spectra["growth"].shape[1]
     if not one_chain:
         spectra["interval"] = np.array(interval)
@@ -218,11 +217,8 @@ def _warn_of_several_motions(growth: np.ndarray, errors: np.ndarray) -> None:
         if (half := growth.shape[1] // 2) < _LEAST_HALF:
             return
         growth = growth[0, : 2 * half].reshape(2, half, 1)
-        errors, parts, apart = (
-            standard_errors(growth)[:, 0],
-            "halves of the run differ",
-            _HALVES_APART,
-        )
+        parts, apart = "halves of the run differ", _HALVES_APART
+        errors = standard_errors(growth)[:, 0]
     exponents = slopes(growth)[:, 0]
     ends = [np.argmin(exponents), np.argmax(exponents)]
     if np.isfinite(exponents[ends]).all() and np.ptp(exponents) > apart * np.hypot(*errors[ends]):

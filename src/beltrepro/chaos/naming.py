@@ -26,7 +26,7 @@ from beltrepro.observe.length import LengthMoments
 from beltrepro.observe.slips import MostStuck
 from beltrepro.simulation.gathering import gathered
 from beltrepro.simulation.groups import Group, Report, moments_interval, moments_of
-from beltrepro.simulation.loading import carried, warn_of_loading
+from beltrepro.simulation.loading import AMPLE, carried, warn_of_loading
 from beltrepro.simulation.results import Results
 from beltrepro.simulation.setup import Case, Chains, check_lengths, setup_of, with_setup
 from beltrepro.simulation.tables import OF_RUNS, Tabled, brief
@@ -46,7 +46,7 @@ RESTS = OF_RUNS + "rests"  # whether blocks slip too rarely in a run to judge it
 # Periods of the slowest mode, for which all blocks must slip: in a slip from which some stick again
 # they do for less than one up to u = 30, and for ten at u = 45 (N = 5 and 10).
 _PERIODS = 10
-_AMPLE, _CYCLES = 1.25, 2 * _PERIODS  # times the loading, and the slowest motion, that are advised
+_CYCLES = 2 * _PERIODS  # of the slowest motion, that are advised
 
 
 @dataclass(frozen=True, repr=False)
@@ -135,15 +135,15 @@ def classify(
     duration, transient = check_lengths(duration, transient)
     made = setup_of(chains, setup)
     vectors.check_method(made.cases, noise_clock)
-    lengths = {"duration": duration, "transient": transient}
-    settings: dict = {**lengths, "noise_clock": noise_clock}
+    settings: dict = {"duration": duration, "transient": transient, "noise_clock": noise_clock}
     measure = partial(_judged, **settings)
     motions = gathered("motion", made, measure, progress, on_error, store, **settings)
     rests = motions.of_runs[RESTS]
     warn_of_rests(made.cases, rests, transient)
     # the numbers of an orbit are those of its period
-    known = rests | (motions["state"] == PERIODIC)
-    warn_of_loading(made.cases, np.where(known, np.nan, motions["disorder_parameter"]), **lengths)
+    of_all = ~(rests | (motions["state"] == PERIODIC))
+    disorder = np.where(of_all, motions["disorder_parameter"], np.nan)
+    warn_of_loading(made.cases, disorder, duration, transient)
     if not made.alone:
         return motions
     measured = [field.name for field in fields(Motion)[1:]]
@@ -271,7 +271,7 @@ def _loading_and_cycles(case: Case) -> tuple[float, float]:
     """Model time in which a chain loads from its start, and in which it slips some times."""
     chain = case.parameters
     loading = loading_time(chain, case.state.positions)
-    return _AMPLE * loading, _CYCLES * max(carried(chain) / chain.belt_velocity, _slowest(chain))
+    return AMPLE * loading, _CYCLES * max(carried(chain) / chain.belt_velocity, _slowest(chain))
 
 
 def _slowest(chain: ChainParameters) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from beltrepro.base.checks import beside, shown
+from beltrepro.base.checks import rounded, shown
 from beltrepro.model.parameters import ChainParameters
 
 # Largest noise of the force with which a slip begins, over its mean, for which the integrator
@@ -64,7 +64,7 @@ def noise_beyond_event(parameters: ChainParameters) -> str:
     return (
         f"= {parameters.noise:g}: with friction_ratio = {shown(parameters.friction_ratio)} and "
         f"static_friction = {shown(parameters.static_friction)}, method 'event' is checked up to "
-        f"{beside(parameters.noise * START_NOISE / share, above=False)}; beyond that take 'verlet'"
+        f"{rounded(parameters.noise * START_NOISE / share, up=False)}; beyond that take 'verlet'"
     )
 
 

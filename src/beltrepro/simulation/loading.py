@@ -25,7 +25,7 @@ _FOLDINGS = 5  # by which an overshoot shrinks until it is no part of loading
 _FAR, _FAR_PERIODS = 0.3, 3  # of loading and of periods, which motion that has loaded rises in less
 _STICKS = 2  # in less time r is that of a part of the motion
 _LONGER = 10  # times the transient, a run that shows enough
-_AMPLE = 1.25  # what should be left out, over what is seen to be loading
+AMPLE = 1.25  # what should be left out, over what is seen to be loading
 
 
 class LoadingWatch:
@@ -75,8 +75,11 @@ class LoadingWatch:
                 if np.isnan(self.noted[row, 0]) and one > _STILL and self._short(case):
                     self.noted[row] = 0.0, one
 
-    def warn(self) -> None:
-        """Warn if runs are measured while their chains load, and say how long that takes."""
+    def warn(self, late: str = "") -> None:
+        """Warn if runs are measured while their chains load, and say how long that takes.
+
+        late : name of a time before the end that is measured, where no transient is given.
+        """
         loading = np.flatnonzero(~np.isnan(self.noted).any(axis=1))
         if not len(loading):
             return
@@ -84,9 +87,14 @@ class LoadingWatch:
         needed, disorder = self.noted[number].tolist()
         total = len(self._cases)
         many = "" if total == 1 else f"{len(loading)} of {total} chains: "
-        leaves = f" and duration={min(_LONGER * needed, LONGEST):g} leave"
-        leaves = " leaves" if needed < self._duration / 2 else leaves
-        what, advice = "loading is measured too", f"transient={needed:g}{leaves} it out"
+        longer, rest = f"duration={min(_LONGER * needed, LONGEST):g}", self._duration - needed
+        if late:
+            advice = f"{f'{late}={rest:g}' if rest > 0 else longer} leaves it out"
+        elif rest > needed:
+            advice = f"transient={needed:g} leaves it out"
+        else:
+            advice = f"transient={needed:g} and {longer} leave it out"
+        what = "loading is measured too"
         if needed > LONGEST / 2:
             advice = f"it lasts longer than a run may ({LONGEST:g})"
         elif needed <= self._transient:  # it has loaded, and moves one way all the time
@@ -104,7 +112,7 @@ class LoadingWatch:
         # viscous chains creep on where the belt has brought them
         creeps = math.isinf(length) and self._transient < loading < self._duration
         seen = self._duration if creeps else self._transient + length
-        time = _AMPLE * (max(loading, seen if math.isfinite(seen) else 0.0) or self._duration)
+        time = AMPLE * (max(loading, seen if math.isfinite(seen) else 0.0) or self._duration)
         if time > LONGEST:
             return math.inf
         step = 10.0 ** (math.floor(math.log10(time)) - 1)
@@ -122,14 +130,17 @@ class LoadingWatch:
 
     def _brief(self, case: Case) -> bool:
         """Whether a run, no piece of a longer one, measures less than the belt takes to load it."""
+        if _age(case):
+            return False
         whole = self._when(case, _rise(case.parameters, case.parameters.rest_positions))
-        return not _age(case) and self._duration - self._transient < whole
+        return self._duration - self._transient < whole
 
     def _short(self, case: Case) -> bool:
         """Whether a run, no piece of a longer one, measures less than two sticks of a block."""
+        if case.state.time:
+            return False
         velocity = self._belt[-1][1] if self._belt else case.parameters.belt_velocity
-        sticks = _STICKS * carried(case.parameters) / velocity
-        return not case.state.time and self._duration - self._transient < sticks
+        return self._duration - self._transient < _STICKS * carried(case.parameters) / velocity
 
     def _loading_time(self, case: Case) -> float:
         """Time that loading takes from where a chain has begun to move."""
@@ -151,15 +162,20 @@ class LoadingWatch:
 
 
 def warn_of_loading(
-    cases: Sequence[Case], disorder: np.ndarray, *, duration: float, transient: float
+    cases: Sequence[Case],
+    disorder: np.ndarray,
+    duration: float,
+    transient: float,
+    late: str = "",
 ) -> None:
     """Warn if P runs are measured before the belt can have brought them to their balance.
 
     disorder : r of each, infinite where it is not known, and NaN where loading is no matter.
+    late : as of `LoadingWatch.warn`.
     """
     watch = LoadingWatch(cases, duration, transient)
     watch.note(disorder)
-    watch.warn()
+    watch.warn(late)
 
 
 def carried(chain: ChainParameters) -> float:
@@ -198,10 +214,13 @@ def _age(case: Case) -> float:
     belt will bring them.
     """
     chain, state = case.parameters, case.state
+    if not state.time or not state.displacements.any():
+        return 0.0
+    if state.wall_impulse:  # the audit of another chain begins anew
+        return state.time
     rise, whole = (_rise(chain, places) for places in (state.positions, chain.rest_positions))
     far = rise > max(_FAR * whole, _FAR_PERIODS * _slowest_period(chain))
-    is_other = state.wall_impulse == 0  # the audit begins anew
-    return state.time if state.displacements.any() and not (is_other and far) else 0.0
+    return 0.0 if far else state.time
 
 
 def _slowest_period(chain: ChainParameters) -> float:

@@ -52,9 +52,8 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     by = differing if by is None else by
     by = [by] if isinstance(by, str) else list(by)
     columns = [_column(table, "by", name)[chosen].tolist() for name in by]
-    keys = [tuple(map(_sortable, key)) for key in zip(*columns, strict=True)] or [()] * len(
-        abscissa
-    )
+    keys = [tuple(map(_sortable, key)) for key in zip(*columns, strict=True)]
+    keys = keys or [()] * len(abscissa)
     curves = sorted(set(keys))
     if len(curves) > 1 and "color" in look:
         raise InputError("color: each of several curves has its own; where={...} leaves one")
@@ -63,8 +62,8 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     labelled = -(-len(curves) // _MOST_LABELS)
     for number, (curve, colour) in enumerate(zip(curves, colours, strict=True)):
         mine = np.array([key == curve for key in keys])
-        known = [pair for pair in zip(by, curve, strict=True) if pair[1] != _NONE]
-        words = ", ".join(starmap(artists.valued, known)) * (number % labelled == 0)
+        pairs = [pair for pair in zip(by, curve, strict=True) if pair[1] != _NONE]
+        words = ", ".join(starmap(artists.valued, pairs)) * (number % labelled == 0)
         how = {"color": colour, "label": words} | look
         artists.band(ax, abscissa[mine], ordinate[mine], **how)
     ax.set(xlabel=label_of(x), ylabel=label_of(y))

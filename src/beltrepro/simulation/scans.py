@@ -284,8 +284,8 @@ def time_to_continuous_slip(
     settings["laminar_time"] = shortest
     kind = "time to continuous slip"
     results = gathered(kind, made, measure, progress, on_error, store, ends=True, **settings)
-    lengths = {"duration": duration, "transient": duration - settle_time}
-    warn_of_loading(made.cases, results["final_disorder"], **lengths)
+    begun = duration - settle_time
+    warn_of_loading(made.cases, results["final_disorder"], duration, begun, late="settle_time")
     return results
 
 

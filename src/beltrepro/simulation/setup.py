@@ -385,7 +385,7 @@ def _check_means(row: dict[str, Any]) -> None:
     if row["time_step"] > (1 + _STEP_SHARE) * most:
         raise InputError(
             f"time_step = {row['time_step']:g}: for blocks so light, springs so stiff or friction "
-            f"so viscous ({chain.describe()}) 'verlet' needs {checks.beside(most, above=False)} or "
+            f"so viscous ({chain.describe()}) 'verlet' needs {checks.rounded(most, up=False)} or "
             "less; or take 'event'"
         )
 

@@ -205,9 +205,9 @@ class PowerSpectrum:
         least = -(-LEAST_DRAWN // series)
         require(
             count >= least,
-            f"the series lasts {checks.beside(size * interval, above=False)}: from a frequency of "
+            f"the series lasts {checks.rounded(size * interval, up=False)}: from a frequency of "
             f"{low:g} on {least} stretches of {shortest:.4g} are needed, "
-            f"{checks.beside(least * shortest, above=True)} in all",
+            f"{checks.rounded(least * shortest, up=True)} in all",
         )
         length = size // count
         stretches = self.series[:, : count * length].reshape(-1, length)
