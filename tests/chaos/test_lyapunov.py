@@ -323,6 +323,14 @@ def test_the_error_about_a_line_is_that_of_its_slope():
     assert end_errors(growth).mean() == pytest.approx(slopes(growth).std(), rel=0.06)
 
 
+@pytest.mark.parametrize("duration", [3000, 3700, 5000])
+def test_the_error_of_one_slow_block_whose_batches_begin_at_one_phase(duration):
+    """Each rest of all blocks erases all but the phase: exponent 0, by the symmetry of time."""
+    spectrum = lyapunov_spectrum(ChainParameters(1, 0.1), duration=duration, transient=1000)
+    assert 0 < abs(spectrum.exponents[0]) < 2 * spectrum.standard_error[0]
+    assert spectrum.standard_error[0] < 1e-3
+
+
 @pytest.mark.parametrize(
     ("law", "times"),
     [({}, 1), ({"mass": 100.0}, 1), ({"mass": (4.0, 0.25)}, 2), ({"stiffness": (9.0, 1.0)}, 3),

@@ -26,6 +26,9 @@ INTERVAL = 20.0
 NO_SAMPLES = Sampling(1, 10 * INTERVAL)
 _STEADY = 1e-6  # share of the belt velocity: a chain with less flow in the end is in steady slip
 _BATCHES = 32  # of the growth of one run, whose scatter is its error
+# Times the error from the ends: that of batches, about 1.2 of it where rates are independent, is so
+# small only where all batches begin and end at one phase of a motion that repeats itself.
+_IN_PHASE = 0.25
 _SLOPE = 1.2  # variance of a slope of a random walk by least squares over that by its ends
 
 
@@ -198,7 +201,9 @@ def standard_errors(growth: np.ndarray) -> np.ndarray:
     if batches < 2:
         return np.full((growth.shape[0], growth.shape[2]), np.nan)
     means = np.stack([part.mean(axis=1) for part in np.array_split(_finite(growth), batches, 1)])
-    return means.std(axis=0, ddof=1) * np.sqrt(_SLOPE / batches)
+    errors = means.std(axis=0, ddof=1) * np.sqrt(_SLOPE / batches)
+    ends = end_errors(growth)
+    return np.where(errors < _IN_PHASE * ends, ends, errors)
 
 
 def end_errors(growth: np.ndarray) -> np.ndarray:

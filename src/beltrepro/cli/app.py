@@ -24,8 +24,8 @@ def main(arguments: list[str] | None = None) -> int:
         name = f"beltrepro {options.command.__name__}"
         with needing(name, "replication"), warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("ignore")  # not as PYTHONWARNINGS says: "error" would end it
-            for told in (UserWarning, RuntimeWarning):
-                warnings.simplefilter("default", told)
+            for category in (UserWarning, RuntimeWarning):
+                warnings.simplefilter("default", category)
             if options.suffixes:
                 check_output(options.output, options.force, options.suffixes)
             status = options.command(options)

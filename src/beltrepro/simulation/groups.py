@@ -77,10 +77,10 @@ def in_groups(
             shown = fraction
             progress(fraction)
 
-    def made(number: int, told: Callable[[], None]) -> T:
+    def made(number: int, notify: Callable[[], None]) -> T:
         def report(fraction: float) -> None:
             done[number] = fraction
-            told()
+            notify()
 
         indices = groups[number]
         return work(Group([cases[index] for index in indices], indices, report))
@@ -108,12 +108,12 @@ def parts_of(work: Callable[[Group], T], on_error: str, group: Group) -> list[Pa
             return [(group.indices, error)]
     parts, middle = [], len(group.cases) // 2
     for begin, half in ((0.0, slice(middle)), (0.5, slice(middle, None))):
-        report = partial(_told_from, begin, group.report)
+        report = partial(_report_from, begin, group.report)
         parts += parts_of(work, on_error, Group(group.cases[half], group.indices[half], report))
     return parts
 
 
-def _told_from(begin: float, report: Report, fraction: float) -> None:
+def _report_from(begin: float, report: Report, fraction: float) -> None:
     report(begin + 0.5 * fraction)
 
 

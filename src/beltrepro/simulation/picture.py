@@ -86,15 +86,15 @@ def panel(
     return axes
 
 
-def keywords(title: str, given: Mapping[str, Any], own: Sequence[str]) -> dict[str, Any]:
+def keywords(title: str, given: Mapping[str, Any], arguments: Sequence[str]) -> dict[str, Any]:
     """Keywords that are arguments of a function, or by their long names what it draws has."""
     kinds = [ArtistInspector(kind) for kind in (Line2D, PolyCollection, QuadMesh)]
     long = {short: name for kind in kinds for name, all_ in kind.aliasd.items() for short in all_}
-    allowed = [*own, "cmap", "norm", "vmin", "vmax", *long]
+    allowed = [*arguments, "cmap", "norm", "vmin", "vmax", *long]
     allowed += [name for kind in kinds for name in kind.get_setters()]
     for name in given:
         if name not in allowed:
-            meant = names.hint(name, allowed) or f": its own are {', '.join(own)}"
+            meant = names.hint(name, allowed) or f": its own are {', '.join(arguments)}"
             raise InputError(f"{title} has no argument {name!r}{meant}")
     return {long.get(name, name): value for name, value in given.items()}
 

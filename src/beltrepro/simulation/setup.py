@@ -257,8 +257,8 @@ def columns(setup: Setup) -> dict[str, np.ndarray]:
     cases = setup.cases
     table = {name: _quantity(name, [case.parameters for case in cases]) for name in QUANTITIES}
     table |= {name: np.array([getattr(case, name) for case in cases]) for name in _MEANS}
-    told = [case.tolerance or TOLERANCES.get(case.method, np.nan) for case in cases]
-    table["tolerance"] = np.array(told)  # as a Run has it; NaN where the method has none
+    tolerances = [case.tolerance or TOLERANCES.get(case.method, np.nan) for case in cases]
+    table["tolerance"] = np.array(tolerances)  # as a Run has it; NaN where the method has none
     for name in ("seed", "replicate"):
         table[name] = np.array([getattr(case.state, name) for case in cases])
     return table

@@ -79,13 +79,13 @@ def one_panel(method: F) -> F:
 
     Its docstring has what it takes by itself, and gets what all such methods have in common.
     """
-    own = [*signature(method).parameters][1:-1]
+    arguments = [*signature(method).parameters][1:-1]
 
     @wraps(method)
     def plot(result: Any, path: Any = None, *, ax: Any = None, **how: Any) -> Any:
         with needing("a picture"):
             from beltrepro.simulation import picture
-        how = picture.keywords(method.__qualname__, how, own)
+        how = picture.keywords(method.__qualname__, how, arguments)
         return picture.panel(lambda axes: method(result, ax=axes, **how), path, ax, repr(result))
 
     head, _, words = cleandoc(method.__doc__ or "").partition(_HEAD)

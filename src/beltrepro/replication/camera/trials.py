@@ -44,9 +44,9 @@ def trials(
     while len(rows) < len(made.cases):
         part = made.cases[len(rows) : len(rows) + _AT_ONCE]
         means = ("method", "time_step", "tolerance")
-        each: dict[str, Any] = {name: [getattr(case, name) for case in part] for name in means}
-        each["initial_state"] = [case.state for case in part]
-        runs = simulate([case.parameters for case in part], **each, **how)
+        begun: dict[str, Any] = {name: [getattr(case, name) for case in part] for name in means}
+        begun["initial_state"] = [case.state for case in part]
+        runs = simulate([case.parameters for case in part], **begun, **how)
         rows += [_trial(run, lasting_s) for run in cast(list[Run], runs)]
         if progress is not None:
             progress(len(rows) / len(made.cases))

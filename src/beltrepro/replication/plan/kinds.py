@@ -135,6 +135,6 @@ _RECORDED = (
     ("births", "replication.plan.attractors:births", "duration slips friction_ratios"),
 )  # fmt: skip
 KINDS = {
-    name: Kind(name, f"{PACKAGE}.{record}", tuple(told.split()), name in ("motion", "basins"))
-    for name, record, told in _RECORDED
+    name: Kind(name, f"{PACKAGE}.{record}", tuple(settings.split()), name in ("motion", "basins"))
+    for name, record, settings in _RECORDED
 }
