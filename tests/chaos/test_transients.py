@@ -60,6 +60,24 @@ def test_in_a_slow_chain_irregular_motion_is_followed_for_longer():
         assert long["irregular_time"] == unit * 1100 and np.isfinite(long["irregular_exponent"])
 
 
+def test_slow_motion_settles_as_its_like_in_other_units_and_in_company():
+    """The same orbit of heavy blocks, and a block that sticks for longer than most runs last."""
+    light, heavy = ChainParameters(3, 10.0), ChainParameters(3, 10.0 / 32, mass=32.0**2)
+    one = time_to_orbit(light, duration=3000.0)
+    other = time_to_orbit(heavy, duration=32 * 3000.0)
+    both = time_to_orbit([heavy, light], duration=3000.0)
+    assert one["state"][0] == other["state"][0] == "periodic"
+    for name in ("lifetime", "period_time"):
+        assert other[name] == pytest.approx(32 * one[name], rel=1e-6)
+    assert other["mean_length"] == pytest.approx(one["mean_length"], rel=1e-4)
+    assert np.array_equal(both["return_state"][1], one["return_state"][0])
+    rare = ChainParameters(1, 4e-4)
+    orbit = time_to_orbit(rare, duration=2.4e6)
+    motion = classify(rare, duration=2.4e6, transient=1.2e6)
+    assert (orbit["state"][0], orbit["period_events"][0]) == ("periodic", 1)
+    assert orbit["period_time"][0] == pytest.approx(motion.period_time)
+
+
 def test_a_run_that_is_given_up_counts_as_irregular(five):
     first = int(np.argmax(five["lifetime"]))
     orbits = time_to_orbit(FIVE, duration=5000, replicate=first + 1, initial_spread=10.0)

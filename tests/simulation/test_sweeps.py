@@ -87,7 +87,7 @@ def test_warnings_of_a_sweep_are_one_line():
     with pytest.warns(UserWarning) as heard:
         sweep(ChainParameters(10, 1.0), belt_velocity=[1.0, 1.1, 1.2], duration=200)
     assert len(heard) == 1 and heard[0].filename == __file__
-    assert "3 warnings on the way, the first: loading is measured" in str(heard[0].message)
+    assert "3 warnings on the way, the first at belt_velocity = 1.0: load" in str(heard[0].message)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from beltrepro.chaos.periodic_orbits import MOMENTS
 from beltrepro.chaos.vectors import INTERVAL, METHOD, as_lengths, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
+from beltrepro.model import ChainParameters
 from beltrepro.model.energy import slow_unit, times_as_fast
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
@@ -29,15 +30,17 @@ from beltrepro.simulation.groups import (
     integrator_of,
     observe,
 )
+from beltrepro.simulation.loading import carried
 from beltrepro.simulation.results import KEY, Results
 from beltrepro.simulation.setup import Case, Chains, check_duration, columns, setup_of, with_setup
 from beltrepro.stats.motion import CLOSED, EQUILIBRIUM, PERIODIC, find_recurrence
 
 IRREGULAR = "irregular"
 
-# Windows in which returns are collected: a period must fit twice in the second half of one.
+# Windows in which returns are collected, in units of `slow_unit`: a period must fit twice in the
+# second half of one. On slow belts the longest has room for so many sticks.
 _FIRST_WINDOW = 1000.0
-_LONGEST_WINDOW = 250_000.0
+_LONGEST_WINDOW, _STICKS = 250_000.0, 1600
 _GROWTH = 0.5  # length of a window as a share of the time before it
 _EARLY = 1 / (1 + _GROWTH)  # share of a run before its last window, unless that is cut short
 # Of the irregular motion, in units of `slow_unit`: in the first part the vector turns to its
@@ -70,7 +73,8 @@ def time_to_orbit(
     are small and each mode is damped. What noise brings is counted: in a chain that no viscosity
     calms it ends each slip.
     On the way to a periodic orbit irregular motion is over when the order in which the blocks slip
-    repeats from then on: what follows is a smooth approach.
+    repeats from then on: what follows is a smooth approach. An orbit is seen in a run of twelve
+    periods or more.
 
     Where noise or the steps of "verlet" disturb each slip, states come back only about. There all
     states of a sixth of the time so far must. A disturbed motion may leave its orbit later.
@@ -92,7 +96,7 @@ def time_to_orbit(
         settled; lifetime of the irregular motion (the duration if not settled); state (equilibrium
         slip, periodic or irregular); period_time, period_events and period_returns as of
         `classify`; disorder_parameter and mean_length of the settled motion, or of the end
-        (over half a window of at least 1000 time units: no whole periods of slow motion);
+        (over half a window of at least 1000 sqrt(m / k): no whole periods of slow motion);
         irregular_exponent and irregular_error, the largest Lyapunov exponent over the
         irregular_time, NaN where that is too short; return_state (P, 2N), displacements and
         relative velocities of the blocks at the last return, NaN padded. The period may be twice
@@ -111,18 +115,14 @@ def time_to_orbit(
     check_progress(progress)
     made = setup_of(chains, setup)
     runs = [_Run(case, case.state.time, bool(case.state.directions.all())) for case in made.cases]
-    in_groups(made.cases, partial(_place_sections, runs), None, workers=made.workers)
-    begin, left = 0.0, runs
-    while begin < duration and left:
-        longest = min(_LONGEST_WINDOW, _GROWTH * begin)
-        length = max(1.0, longest // _FIRST_WINDOW) * _FIRST_WINDOW
-        end = begin + length
-        if duration - end < _FIRST_WINDOW:  # too short to judge by itself
-            end = duration
-        work = partial(_pass_window, left, end - begin, closed)
-        report = part(progress, begin / duration, end / duration)
-        in_groups([run.case for run in left], work, report, workers=made.workers)
-        begin, left = end, [run for run in left if not run.settled]
+    alike: dict[tuple[float, float], list[_Run]] = {}
+    for run in runs:
+        alike.setdefault(_windows(run.case.parameters), []).append(run)
+    done = 0.0
+    for windows, some in alike.items():
+        share = len(some) / len(runs)
+        _follow(some, duration, closed, windows, part(progress, done, done + share), made.workers)
+        done += share
     part(progress, 0, 1)(1.0)
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
@@ -131,6 +131,39 @@ def time_to_orbit(
     settings = {"kind": "time to orbit", "duration": duration, "closed": closed}
     table[KEY] = np.array([case.key for case in made.cases])
     return Results(columns(made) | table, settings)
+
+
+def _windows(chain: ChainParameters) -> tuple[float, float]:
+    """Lengths of the first window and the longest; powers of two of those of the paper's chain."""
+    unit, stick = max(1.0, slow_unit(chain)), carried(chain) / chain.belt_velocity
+    longest = max(unit, _STICKS * stick / _LONGEST_WINDOW)
+    first, longest = (2.0 ** math.ceil(math.log2(times)) for times in (unit, longest))
+    return first * _FIRST_WINDOW, longest * _LONGEST_WINDOW
+
+
+def _follow(
+    runs: list[_Run],
+    duration: float,
+    closed: float,
+    windows: tuple[float, float],
+    report: Report,
+    workers: int | None,
+) -> None:
+    """Advance runs of the same windows until each has settled, or to the end."""
+    first, longest = windows
+    place = partial(_place_sections, runs, first)
+    in_groups([run.case for run in runs], place, None, workers=workers)
+    begin, left = 0.0, runs
+    while begin < duration and left:
+        length = max(1.0, min(longest, _GROWTH * begin) // first) * first
+        end = begin + length
+        if duration - end < first:  # too short to judge by itself
+            end = duration
+        work = partial(_pass_window, left, end - begin, closed)
+        passed = part(report, begin / duration, end / duration)
+        in_groups([run.case for run in left], work, passed, workers=workers)
+        begin, left = end, [run for run in left if not run.settled]
+    report(1.0)
 
 
 _UNKNOWN = {"state": IRREGULAR, **period_of(None, np.empty(0)), **dict.fromkeys(MOMENTS, np.nan)}
@@ -233,11 +266,11 @@ class _Run:
         }
 
 
-def _place_sections(runs: list[_Run], group: Group) -> None:
+def _place_sections(runs: list[_Run], window: float, group: Group) -> None:
     """Sections at the mean lengths of the chains of a group after their start."""
     # every motion comes down through its mean length again and again
-    moments = LengthMoments(len(group.cases), group.start + 0.5 * _FIRST_WINDOW)
-    observe(integrator_of(group.cases), _FIRST_WINDOW, [moments], group.report)
+    moments = LengthMoments(len(group.cases), group.start + 0.5 * window)
+    observe(integrator_of(group.cases), window, [moments], group.report)
     lengths = moments.result(group.chain.rest_positions[-1])
     for index, length in zip(group.indices, lengths["mean_length"], strict=True):
         runs[index].section = length

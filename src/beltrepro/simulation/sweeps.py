@@ -91,6 +91,7 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
     check_progress(progress)
     settings = section_position, section_values, None, laminar_time, on_error, store
     parts: list[Results] = []
+    warned_at: list = []  # the value at which each warning came
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         made = setup_of(with_value(chains, quantity, values[0]), setup)
@@ -105,9 +106,10 @@ compression_rate, extension_rate, mass, stiffness, weakening_velocity, viscosity
                 made = _continued(made, quantity, value, parts[-1].final_states)
             report = partial(_reported, progress, step, len(values)) if progress else None
             parts.append(scan_of(made, (duration, transient), *settings, report, bool(parts)))
+            warned_at += [value] * (len(heard) - len(warned_at))
     if heard:
-        many = f"{len(heard)} warnings on the way, the first: " if len(heard) > 1 else ""
-        warn(f"{many}{heard[0].message}")
+        many = f"{len(heard)} warnings on the way, the first " if len(heard) > 1 else ""
+        warn(f"{many}at {quantity} = {checks.shown(warned_at[0])}: {heard[0].message}")
     steps = np.repeat(np.arange(len(values)), len(made.cases))
     tables = [part | part.of_runs for part in parts]
     table = {"step": steps, "way": _ways(values)[steps]} | in_one_table(tables)

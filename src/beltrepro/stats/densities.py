@@ -273,7 +273,8 @@ def power_law(values: ChainValues | npt.ArrayLike, *, low: float | str | None = 
     PowerLaw
         With p, the share of samples of this law that lie as far from their own fits as the values
         do. Below 0.1 the law is refused; above, the values may follow it, or be too few to tell.
-        The intervals are those of chains drawn anew, from a fixed lower end.
+        The intervals are those of chains drawn anew, between the same ends; those of values that do
+        not follow the law hold for these ends alone.
 
     Raises
     ------
