@@ -1,5 +1,6 @@
 """Tracking at a known scale: places to parts of a pixel, lost frames, refusals in one line."""
 
+import warnings
 from fractions import Fraction
 
 import av
@@ -86,11 +87,15 @@ def test_frames_without_the_block_are_lost_and_told(tmp_path):
     frames[50][:] = 0
     frames[60:70] = [None] * 10
     frames[80:82] = [None] * 2  # too few to tell from a camera that is late
-    tracked = track(written(tmp_path / "film.mp4", frames), **KNOWN)
+    with pytest.warns(UserWarning, match="no block in 13 of 84 frames"):
+        tracked = track(written(tmp_path / "film.mp4", frames), **KNOWN)
     times = [[30, 41], [50, 50], [60, 69]]
     np.testing.assert_allclose(tracked.lost_s, np.array(times) / RATE, atol=1e-3)
     assert len(tracked.time_s) == len(frames) - 25
     assert rms(errors(tracked)) < 0.1
+    few = [picture * (number not in range(30, 34)) for number, picture in enumerate(WHOLE)]
+    with warnings.catch_warnings(action="error"):
+        assert track(written(tmp_path / "few.mp4", few), **KNOWN).lost_s.shape == (1, 2)
 
 
 def test_pixels_that_players_stretch_are_told(tmp_path):

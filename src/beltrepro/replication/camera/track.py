@@ -32,6 +32,7 @@ _BESIDE = 4  # pixels beside the block that show its edge and the dark
 _CONTRAST = 30  # levels between white and dark, at least
 _FILLED = 0.65  # share of the rectangle around a region that a block fills, at least
 _ALIKE = 0.7  # a region with this share of the largest one's area may be the block as well
+_LOST = 0.05  # share of frames without the block that is told
 _SIZE = 0.25  # share by which area and height of the block may be others than in most frames
 
 _KNOWN = (
@@ -154,6 +155,9 @@ def track(
             f"{video}: the block is on the side of the support, {np.median(x):.3g} m from zero: "
             f"give the column of x = 0, --zero, or the other side, --support"
         )
+    if (lost := np.count_nonzero(~seen)) > _LOST * len(time):
+        where = "where it is covered, or moves so fast that it blurs; means leave that out"
+        warnings.warn(f"{video}: no block in {lost} of {len(time)} frames, {where}", stacklevel=2)
     place, lost_s = (zero, level + slope * zero), _lost(time, seen)
     return Track(time[seen], x, lost_s, scale, place, math.degrees(math.atan(slope)))
 
