@@ -156,6 +156,17 @@ def test_a_grazing_is_where_it_is_with_forty_digits(grazing, end):
     assert 0 < (special.parameter - exact) * inward < 2e-8 * exact
 
 
+@pytest.mark.parametrize("unit", [1.0, 64.0, 1 / 64])
+def test_ends_have_one_name_in_each_unit_of_time(unit):
+    chain = ChainParameters(3, 7.0 / unit, mass=unit**2)
+    orbit = periodic_orbit(chain, duration=6000.0 * unit, transient=3000.0 * unit)
+    branch = orbit_branch(orbit, lower=4.2 / unit, upper=10.5 / unit)
+    assert branch.lower * unit == pytest.approx(6.18311769)
+    assert branch.upper * unit == pytest.approx(7.94322375)
+    ends = branch.lower_end, branch.upper_end
+    assert [(end.kind, end.block) for end in ends] == [("grazing", 3), ("grazing", 2)]
+
+
 # --- words ---
 
 
@@ -187,6 +198,7 @@ def test_words_of_one_branch(other, alike):
     assert words.slips_alike(begin, word(*other)) == alike
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e-3])
 @pytest.mark.parametrize(
     ("outside", "symbol", "appears", "at_once"),
     [
@@ -196,13 +208,13 @@ def test_words_of_one_branch(other, alike):
         ({0: "1-", 2: "2-", 3.01: "2+", 4: "1|"}, "2|", False, True),
     ],
 )
-def test_the_first_difference_of_two_motions(outside, symbol, appears, at_once):
+def test_the_first_difference_of_two_motions(outside, symbol, appears, at_once, unit):
     inside = {0: "1-", 2: "2-", 3: "2|", 4: "1|"}
     one, other = (
-        [Symbol(time, int(name[0]), name[1]) for time, name in motion.items()]
+        [Symbol(unit * time, int(name[0]), name[1]) for time, name in motion.items()]
         for motion in (inside, outside)
     )
-    difference = words.first_difference(one, other)
+    difference = words.first_difference(one, other, unit)
     if symbol is None:
         assert difference is None
     else:

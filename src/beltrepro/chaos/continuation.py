@@ -359,7 +359,9 @@ class _Course(NamedTuple):
             _, beyond = self.follow(start, period_time)
         except ModelStateError:
             return SpecialPoint(value, CONTACT, 0, "blocks meet, or a block and the wall")
-        if difference := words.first_difference(here.word, beyond):
+        mass, stiffness = map(orbit.parameters.by_block, ("mass", "stiffness"))
+        unit = float(np.sqrt(mass.min() / stiffness.max()))
+        if difference := words.first_difference(here.word, beyond, unit):
             return _grazing(value, difference)
         size = float(np.abs(np.delete(orbit.multipliers, orbit.trivial) - 1).min())
         if size > _FOLD:

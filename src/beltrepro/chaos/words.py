@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-SAME = 0.05  # model time: an event that moves less from one orbit to the next is the same one
+# Share of sqrt(m / k), of the lightest block on the stiffest spring, by which the same event moves
+# from one orbit to the next, at most; and of a period, by which its halves differ.
+SAME = 0.05
 
 
 class Symbol(NamedTuple):
@@ -90,13 +92,13 @@ class Difference(NamedTuple):
     at_once: bool  # it is the stick, or the slip after it, of a stick of no length
 
 
-def first_difference(inside: Word, outside: Word) -> Difference | None:
-    """Where two motions that begin side by side first differ, if they do."""
+def first_difference(inside: Word, outside: Word, unit: float) -> Difference | None:
+    """Where two motions that begin side by side first differ, if they do; unit : of their time."""
     differences = []
     first, second = _by_block(inside), _by_block(outside)
     for block in first.keys() | second.keys():
         for old, new in zip_longest(first.get(block, []), second.get(block, [])):
-            near = bool(old and new) and abs(new.time - old.time) < SAME
+            near = bool(old and new) and abs(new.time - old.time) < SAME * unit
             if not (near and old.kind == new.kind):
                 appears = old is None or (new is not None and new.time < old.time)
                 differences.append(Difference(new if appears else old, appears, near))
