@@ -67,6 +67,18 @@ def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, settings, limit):
     assert tracked.zero == pytest.approx(view.zero, abs=1.0)
 
 
+def test_a_block_that_the_edge_of_the_picture_cuts_is_not_seen(tmp_path):
+    top = int(np.flatnonzero(WHOLE[0].max(axis=1) > 150)[0])  # of blocks of 38 pixels
+    dark = np.zeros_like(WHOLE[0])
+    above = [np.vstack([picture[top + 4 :], dark[: top + 4]]) for picture in WHOLE]
+    below = [np.vstack([dark[top + 34 :], picture[: top + 34]]) for picture in WHOLE]
+    for side, frames in {"above": above, "below": below}.items():
+        with pytest.raises(InputError, match="away from the edges of the picture"):
+            track(written(tmp_path / f"{side}.mp4", frames), **KNOWN)
+    with pytest.warns(UserWarning, match="no block in 10 of 96 frames"):
+        track(written(tmp_path / "few.mp4", above[:10] + WHOLE[10:]), **KNOWN)
+
+
 def test_scale_zero_and_support_are_those_that_are_given(tmp_path):
     path = written(tmp_path / "film.mp4", WHOLE)
     tracked = track(path, **KNOWN)

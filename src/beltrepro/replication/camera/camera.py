@@ -116,8 +116,11 @@ class Framing:
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         middle = top + scene.block_width / scale / 2
         zero = half + turn @ ([left, middle] - half) - 0.5
-        farthest = half + turn @ ([(extent - _MARGIN) / scale, middle] - half)
-        if not np.all((farthest > 0) & (farthest < 2 * half)):
+        last, block = movement.x_m[:, -1], np.array([scene.block_length / 2, scene.block_width])
+        columns = left + np.array([last.min() - block[0], last.max() + block[0]]) / scale
+        rows = top + np.array([0, block[1]]) / scale
+        corners = half + (np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2) - half) @ turn.T
+        if not np.all((corners > 1) & (corners < 2 * half - 1)):
             raise InputError(
                 f"angle = {camera.angle:g}: turns the last block out of the picture, "
                 f"{camera.width} x {camera.height} pixels: take a larger height"

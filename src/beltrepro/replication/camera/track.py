@@ -142,7 +142,7 @@ def track(
         raise InputError(
             f"{video}: the white block is found in {seen.sum()} of {len(time)} frames: half of "
             f"them are needed, and two at least, with a bright rectangle that is wider than "
-            f"{100 * WIPED_M:g} cm across a dark belt"
+            f"{100 * WIPED_M:g} cm across a dark belt, and away from the edges of the picture"
         )
     if _spread(row[seen]) > max(1.0, _spread(column[seen]) / 2):
         raise InputError(f"{video}: the belt must run from left to right: turn the film")
@@ -183,7 +183,9 @@ def _block(picture: np.ndarray, scale: float) -> tuple[float, float, float, floa
     """Column and row of the block, its area and height, and the area of the next; nan for none."""
     _, _, table, _ = cv2.connectedComponentsWithStats(white(picture, scale))
     left, top, width, height, area = table[1:].T  # without the dark
-    whole = (left > 0) & (left + width < picture.shape[1]) & (area > _FILLED * width * height)
+    inside = (left > 0) & (left + width < picture.shape[1])
+    inside &= (top > 0) & (top + height < picture.shape[0])
+    whole = inside & (area > _FILLED * width * height)
     whole &= np.maximum(width, height) < _LARGEST_M / scale
     if not whole.any():
         return (math.nan,) * 5
