@@ -98,6 +98,21 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0; 1.1"
 
 
+def test_code_behind_links_is_that_where_they_lead(version_of, tmp_path):
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked" / "beltrepro").symlink_to(ROOT / "src" / "beltrepro")
+    asked = "from beltrepro.base.provenance import ROOT; print(ROOT)"
+    about = {"env": os.environ | {"PYTHONPATH": str(tmp_path / "linked")}, "text": True}
+    root = subprocess.check_output([sys.executable, "-c", asked], **about).strip()
+    assert Path(root) == (ROOT / "src" / "beltrepro").resolve()
+    (tmp_path / "elsewhere.py").write_text("")
+    (provenance.ROOT / "linked.py").symlink_to(tmp_path / "elsewhere.py")
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    assert version_of().endswith(".dirty")
+
+
 @pytest.mark.parametrize("late", ["late", "part"])
 def test_code_that_is_loaded_after_it_was_edited_is_dirty(version_of, tmp_path, monkeypatch, late):
     files = {"early": "early.py", "late": "late.py", "part": "part/__init__.py"}

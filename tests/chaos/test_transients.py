@@ -65,12 +65,15 @@ def test_slow_motion_settles_as_its_like_in_other_units_and_in_company():
     light, heavy = ChainParameters(3, 10.0), ChainParameters(3, 10.0 / 32, mass=32.0**2)
     one = time_to_orbit(light, duration=3000.0)
     other = time_to_orbit(heavy, duration=32 * 3000.0)
-    both = time_to_orbit([heavy, light], duration=3000.0)
+    done, heavier = [], ChainParameters(3, 10.0 / 64, mass=64.0**2)
+    several = [heavy, light, heavier]
+    together = time_to_orbit(several, duration=3000.0, progress=done.append)
     assert one["state"][0] == other["state"][0] == "periodic"
     for name in ("lifetime", "period_time"):
         assert other[name] == pytest.approx(32 * one[name], rel=1e-6)
     assert other["mean_length"] == pytest.approx(one["mean_length"], rel=1e-4)
-    assert np.array_equal(both["return_state"][1], one["return_state"][0])
+    assert np.array_equal(together["return_state"][1], one["return_state"][0])
+    assert done == sorted(done) and done[-1] == 1.0
     rare = ChainParameters(1, 4e-4)
     orbit = time_to_orbit(rare, duration=2.4e6)
     motion = classify(rare, duration=2.4e6, transient=1.2e6)

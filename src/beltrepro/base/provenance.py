@@ -16,7 +16,7 @@ from pathlib import Path
 
 PACKAGE = "beltrepro"
 VERSION = "2.0.0"  # of this code, whichever is installed
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).resolve().parent.parent  # not a link to it, which is of another repository
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "h5py")
 COMMIT_FILE = ".git_archival.txt"  # says the commit where git does not: `git archive` fills it in
 
@@ -89,7 +89,8 @@ def _commit_of_git(tree: Path) -> str:
     """The commit that is checked out; empty if git is not there, or tracks something else."""
     tracked = ["ls-files", "--error-unmatch", str(ROOT.relative_to(tree))]
     listed = ["ls-files", "-v", "--cached", "--others", "--exclude=__pycache__/", "--"]
-    listed += map(str, (ROOT, tree / "workflow"))  # the folders whose files make results
+    folders = ROOT, tree / "workflow"  # whose files make results
+    listed += map(str, folders)
     described = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
     try:
         _, files, commit = (_git(tree, *words) for words in (tracked, listed, described))
@@ -97,6 +98,8 @@ def _commit_of_git(tree: Path) -> str:
         return ""
     # new files, and those that git was asked not to look at, have another letter than H
     is_edited = commit.endswith(".dirty") or any(line[:2] != "H " for line in files.splitlines())
+    # of a link git knows where it leads, but not what is there
+    is_edited |= any(path.is_symlink() for folder in folders for path in folder.rglob("*"))
     return commit.removesuffix(".dirty") + ".dirty" * is_edited
 
 
