@@ -91,7 +91,12 @@ def test_a_run_is_filmed_at_its_instants(tmp_path):
         (Movement.of(run()), "film.mp4", {}, r"sample_interval = 0.5448\d+"),
         (swaying(0.1), "film.mp4", {"metres_per_pixel": 0.0005}, "larger metres_per_pixel"),
         (swaying(1.3), "film.mp4", {"angle": 30}, "out of the picture, .* larger height"),
-        (swaying(1.3, farthest=0.3), "film.mp4", {"angle": 4}, "out of the picture"),
+        (
+            swaying(1.3),
+            "film.mp4",
+            {"angle": -3, "metres_per_pixel": 0.00135},
+            "out of the picture",
+        ),
         (swaying(0.1), "film.avi", {}, r"must end in \.mp4"),
     ):
         with pytest.raises(InputError, match=words):

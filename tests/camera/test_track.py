@@ -67,6 +67,15 @@ def test_the_block_is_placed_to_parts_of_a_pixel(tmp_path, settings, limit):
     assert tracked.zero == pytest.approx(view.zero, abs=1.0)
 
 
+def test_all_of_a_turned_belt_fits_into_the_picture(tmp_path):
+    movement, camera = swaying(2.0, n_blocks=1, farthest=0.25), Camera(angle=4)
+    view = Framing.of(movement, Scene(), camera)
+    film(movement, tmp_path / "film.mp4", camera=camera)
+    tracked = track(tmp_path / "film.mp4", scale=view.metres_per_pixel, zero=view.zero[0])
+    assert tracked.angle == pytest.approx(4, abs=0.1) and not tracked.lost_s.size
+    assert rms((tracked.x_m - movement.x_m[:, -1]) / view.metres_per_pixel) < 0.1
+
+
 def test_a_block_that_the_edge_of_the_picture_cuts_is_not_seen(tmp_path):
     top = int(np.flatnonzero(WHOLE[0].max(axis=1) > 150)[0])  # of blocks of 38 pixels
     dark = np.zeros_like(WHOLE[0])

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 SCENE, CAMERA = Scene(), Camera()
 _MARGIN = 0.03  # seen beyond the support and the farthest place of the last block, metres
+_COARSER = 50  # scales that are tried, each by 2 %, until a turned belt fits
 _NOISE_PICTURES = 4
 _DRIFT_PERIOD = 60.0  # seconds in which the light comes back to where it was
 
@@ -103,29 +104,33 @@ class Framing:
         extent = movement.x_m.max() + scene.block_length / 2 + 2 * _MARGIN
         scale = camera.metres_per_pixel
         if scale is None:
-            scale = max(extent / camera.width, 1.1 * scene.width / camera.height)
+            finest = max(extent / camera.width, 1.1 * scene.width / camera.height)
+            scales = finest * 1.02 ** np.arange(_COARSER if camera.angle else 1)
         elif extent > scale * camera.width or scene.width > scale * camera.height:
             raise InputError(
                 f"the chain needs {extent:.3g} m x {scene.width:.3g} m, the picture shows "
                 f"{scale * camera.width:.3g} m x {scale * camera.height:.3g} m: "
                 f"take a larger metres_per_pixel, width or height"
             )
-        left, top = _MARGIN / scale, (camera.height - scene.width / scale) / 2
-        half = np.array([camera.width, camera.height]) / 2
-        angle = np.radians(camera.angle)
+        else:
+            scales = np.array([scale])
+        half, angle = np.array([camera.width, camera.height]) / 2, np.radians(camera.angle)
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        middle = top + scene.block_width / scale / 2
-        zero = half + turn @ ([left, middle] - half) - 0.5
-        last, block = movement.x_m[:, -1], np.array([scene.block_length / 2, scene.block_width])
-        columns = left + np.array([last.min() - block[0], last.max() + block[0]]) / scale
-        rows = top + np.array([0, block[1]]) / scale
-        corners = half + (np.stack(np.meshgrid(columns, rows), -1).reshape(-1, 2) - half) @ turn.T
-        if not np.all((corners > 1) & (corners < 2 * half - 1)):
-            raise InputError(
-                f"angle = {camera.angle:g}: turns the last block out of the picture, "
-                f"{camera.width} x {camera.height} pixels: take a larger height"
-            )
-        return cls(scale, camera.width, camera.height, left, top, tuple(zero.tolist()))
+        last, length = movement.x_m[:, -1], scene.block_length
+        way = np.array([last.min() - length / 2, last.max() + length / 2])
+        for scale in scales.tolist():
+            left, top = _MARGIN / scale, (camera.height - scene.width / scale) / 2
+            middle = top + scene.block_width / scale / 2
+            zero = half + turn @ ([left, middle] - half) - 0.5
+            edges = left + way / scale, (top, top + scene.block_width / scale)
+            corners = np.stack(np.meshgrid(*edges), axis=-1).reshape(-1, 2)
+            corners = half + (corners - half) @ turn.T
+            if not camera.angle or np.all((corners > 1) & (corners < 2 * half - 1)):
+                return cls(scale, camera.width, camera.height, left, top, tuple(zero.tolist()))
+        raise InputError(
+            f"angle = {camera.angle:g}: turns the last block out of the picture, "
+            f"{camera.width} x {camera.height} pixels: take a larger height"
+        )
 
     def along(self, metres: Any) -> Any:
         """Places along the belt, in metres from the support, as pixels."""
