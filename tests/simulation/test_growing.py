@@ -39,6 +39,11 @@ functions = pytest.mark.parametrize(
 pytestmark = pytest.mark.filterwarnings("ignore:.*loading is measured:UserWarning")
 
 
+@pytest.fixture(autouse=True)
+def committed(monkeypatch):
+    monkeypatch.setattr(provenance, "code_version", lambda: "2.0.0+g0123456789ab")
+
+
 def same(one: Results, other: Results) -> None:
     """Check that results agree in every bit, in the order of their columns, and in their states."""
     assert list(one) == list(other)
@@ -219,12 +224,25 @@ def test_a_store_keeps_errors_and_the_warning_of_loading(tmp_path):
         scan([BAD, slow, GOOD], duration=10.0, initial_state=results.final_states)
 
 
-def test_rows_of_a_store_keep_the_code_that_made_them(tmp_path, monkeypatch):
-    for code, velocities, made_by in (("a", [5.0], "a"), ("b", [5.0], "a"), ("b", [5, 6], "a; b")):
+def test_rows_of_a_store_keep_the_code_that_made_them_and_other_code_is_told(
+    tmp_path, monkeypatch, recwarn
+):
+    for code, velocities, made_by, says in (
+        ("a", [5.0], "a", ""),
+        ("a", [5.0], "a", ""),
+        ("b", [5.0], "a", "rows of code a, and this is b; a new file has those of this code alone"),
+        ("b", [7.0], "a; b", ""),  # none of its rows is asked for
+        ("b", [5, 7], "a; b", "rows of code a; b, and this is b; a new"),
+        ("b.dirty", [8.0], "a; b; b.dirty", ""),
+        ("b.dirty", [8.0], "a; b; b.dirty", "may have changed since"),
+    ):
         monkeypatch.setattr(provenance, "code_version", lambda code=code: code)
         results = scan(Grid(2, velocities), duration=60.0, store=tmp_path / "store.h5")
         results.save(tmp_path / "some.h5")
         assert Results.load(tmp_path / "some.h5").settings["code_version"] == made_by
+        said = [str(warning.message) for warning in recwarn if "store" in str(warning.message)]
+        assert len(said) == bool(says) and says in "".join(said)
+        recwarn.clear()
 
 
 def test_a_catalogue_grows_too(tmp_path, computed):

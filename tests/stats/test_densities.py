@@ -264,6 +264,10 @@ def test_values_without_a_range_a_label_or_a_unit_of_their_size_are_told():
     for size in (1e-300, 1e200):
         with pytest.raises(InputError, match="as the prefactor: take another unit"):
             power_law(law_of(-2.5, 1, 100, 400, 1) * size, low=size)
+        with pytest.raises(InputError, match="no bins hold them; take another unit"):
+            density(law_of(-2.5, 1, 100, 400, 1) * size)
+    laws = [density(law_of(-2.5, 1, 100, 400, 1) * size).law() for size in (1e-149, 1.0, 1e147)]
+    assert np.ptp([law.exponent.value for law in laws]) < 1e-6
 
 
 def test_runs_that_differ_as_a_whole_widen_the_interval():

@@ -127,6 +127,8 @@ class _Store:
     ) -> Results:
         """What is asked for; what the file lacks of it is computed and added."""
         held, keep = self._rows(), partial(self._keep, work)
+        if held:
+            self._warn_of_other_code()
         if len(held) < len(cases):
             atomic.begun(self._path).unlink(missing_ok=True)  # can it be? before hours
         try:
@@ -154,6 +156,17 @@ class _Store:
             refuse_others(f"store = {self._path}", results, self._asked, self._going_on)
             results.setdefault("error", np.full(len(results["replicate"]), ""))
         return held
+
+    def _warn_of_other_code(self) -> None:
+        """Say that rows of the file may not be what this code would make."""
+        here, there = provenance.code_version(), self._held[0].settings["code_version"]
+        is_edited = here.endswith(".dirty")
+        if here != there or is_edited:
+            since = ", which edits that no commit has may have changed since" * is_edited
+            warn(
+                f"store = {self._path}: it has rows of code {there}, and this is {here}{since}; "
+                "a new file has those of this code alone"
+            )
 
     def _rows(self) -> dict[int, int]:
         """In which row of the file the chains are that it has."""

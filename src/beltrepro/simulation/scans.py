@@ -84,8 +84,9 @@ def scan(
         A file, .h5, that keeps what is finished, also of a call that is interrupted; `Results.save`
         writes one too. What it has of these chains, whatever their order, is not computed again,
         and what it lacks is added, by several processes too. Another duration, transient, method,
-        tolerance, seed or the like is refused. Besides `scan`, `sweep`, `catalogue`, `classify`,
-        `time_to_continuous_slip` and `lyapunov_spectrum` have it.
+        tolerance, seed or the like is refused, and a warning tells of rows of other code. Besides
+        `scan`, `sweep`, `catalogue`, `classify`, `time_to_continuous_slip` and `lyapunov_spectrum`
+        have it.
     progress, **setup : callable, keywords of `Setup`
         As in `simulate`.
 

@@ -30,6 +30,7 @@ from beltrepro.stats.power_law import (
 
 FINE_BINS = 10  # a decade, in which the most probable value is looked for
 STARTS_TRIED = 12
+_MOST = 1e150  # of a value, and of its inverse: products of two are floats
 _MOST_LOG = 300.0  # of a prefactor, which with its interval is to be a float
 
 
@@ -136,11 +137,15 @@ class Density:
         """Its edges are at whole parts of a decade, whatever the values."""
         positive = sample.values[sample.values > 0]
         require(positive.size, "no positive value")
+        ends = positive.min(), positive.max()
+        if not 1 / _MOST < ends[0] <= ends[1] < _MOST:
+            around = "{:.3g} to {:.3g}".format(*ends)
+            raise InputError(f"values from {around}: no bins hold them; take another unit")
         first = np.floor(np.log10(positive.min()) * bins_per_decade + 1e-9)
         last = np.ceil(np.log10(positive.max()) * bins_per_decade - 1e-9)
         edges = 10 ** (np.arange(first, max(last, first + 1) + 1) / bins_per_decade)
         edges[[0, -1]] *= 1 - 1e-12, 1 + 1e-12
-        ends = positive.min(), positive.max()  # those near an edge are in the bin beside it
+        # the ends, where near an edge, are in the bin beside it
         edges[0], edges[-1] = min(edges[0], ends[0]), max(edges[-1], ends[1])
         centre, half = np.sqrt(edges[1:] * edges[:-1]), 10 ** (0.5 / bins_per_decade)
         counts = [np.histogram(values, edges)[0] for values in by_chain(sample)]
