@@ -206,6 +206,12 @@ def test_a_resting_block_is_placed_and_a_picture_that_stands_still_told(tmp_path
     track(written(tmp_path / "short.mp4", frozen[0]), **KNOWN)  # for 0.375 s, where 0.5 is told
     with pytest.warns(UserWarning, match=r"stands still from 1\.67 s for 0\.583 s"):
         track(written(tmp_path / "long.mp4", frozen[1]), **KNOWN)
+    twice = [picture for picture in WHOLE[::2] for _ in range(2)]
+    with pytest.warns(UserWarning, match="46 of 96 pictures come again: the camera took fewer"):
+        track(written(tmp_path / "twice.mp4", twice), **KNOWN)
+    seldom = [WHOLE[k - (k % 12 == 1)] for k in range(len(WHOLE))]
+    with warnings.catch_warnings(action="error"):
+        track(written(tmp_path / "seldom.mp4", seldom), **KNOWN)
 
 
 # --- refusals -------------------------------------------------------------------------------------

@@ -92,7 +92,12 @@ def test_one_panel_shows_the_samples_and_slips_of_a_run(run):
 
 def test_a_picture_begins_where_samples_do():
     late = simulate(ChainParameters(2, 5.0), duration=60, sample_start=40)
-    assert picture.draw(late).axes[0].get_xlim() == late.plot_length().get_xlim() == (40, 60)
+    axes = picture.draw(late).axes
+    assert axes[0].get_xlim() == late.plot_length().get_xlim() == (40, 60)
+    # the run's r is that of all, the line in the title
+    assert axes[1].get_ylabel() == "$r$ up to $t$\nfrom 40 on"
+    left_out = simulate(ChainParameters(2, 5.0), duration=60, transient=40, sample_start=20)
+    assert picture.draw(left_out).axes[1].get_ylabel() == "$r$ up to $t$"
 
 
 @pytest.mark.thorough

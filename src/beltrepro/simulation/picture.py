@@ -148,7 +148,9 @@ def draw(run: Any) -> Figure:
         length.tick_params(labelbottom=False)
         _draw_disorder(disorder, run)
         disorder.sharex(length)
-        disorder.set(xlabel="$t$", ylabel=r"$r$ up to $t$")
+        late = run.sample_start > run.transient  # r of the run is that from the transient on
+        since = f"\nfrom {sampled:.4g} on" * late
+        disorder.set(xlabel="$t$", ylabel=f"$r$ up to $t${since}")
         draw_slips(slips, run, end - _SLIPS_SHOWN)
         slips.set_xlabel("$t$")
     return figure
@@ -188,7 +190,7 @@ def _title(chain):
 
 
 def _draw_disorder(axes, run):
-    """r of the samples from the transient up to each instant; level if the run is long enough."""
+    """r of the samples after the transient up to each instant; level if the run is long enough."""
     later = run.time >= run.initial_state.time + run.transient
     time, length = run.time[later], run.positions[later, -1]
     count = np.arange(1, time.size + 1)

@@ -25,6 +25,8 @@ _TICK = Fraction(1, 90_000)
 _FEW_EARLY = 2  # frames out of order, as at the begin of some films
 _MISSED = 1.5  # steps between frames, over the usual one, where one is missing
 _STILL_S = 0.5  # for which a moving belt cannot give the same picture
+_REPEATS = 0.1  # share of pictures that come twice, which is told
+_NEW = 32  # levels by which a picture differs that the motion has not come to by and by
 _STILL = 8  # levels by which pictures of the same differ that are compressed
 _SOUND_S = 1.0  # by which the sound of a film may be longer than its pictures, which is no fault
 # What every player shows: brightness, and colours at half as many points along each side.
@@ -85,6 +87,7 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     is_whole, count, left_out, announced, shape = True, 0, [], 0.0, [1]
     early, times, rests = 0, [], []  # frames out of order; those read: when, and on others or not
     same, since, longest = None, 0.0, (0.0, 0.0)  # a picture that stays: from when, for how long
+    repeats, is_new = 0, False  # pictures that come twice; whether the last one was new
     with suppress(av.FFmpegError), av.open(f"file:{path}") as container:
         announced = _seconds(container)
         shape = [one.sample_aspect_ratio or 1 for one in container.streams.video[:1]]
@@ -104,10 +107,13 @@ def read_video(path: str | Path) -> Iterator[Frame]:
                 picture = np.ascontiguousarray(np.rot90(grey, round(frame.rotation / 90)), np.uint8)
                 if same is not None and picture.shape != same.shape:
                     raise InputError(f"{path}: pictures have another size from {last:.3g} s on")
-                if same is None or cv2.norm(picture, same, cv2.NORM_INF) > _STILL:
-                    same, since = picture, last
-                elif last - since > longest[1]:
-                    longest = since - first, last - since
+                change = math.inf if same is None else cv2.norm(picture, same, cv2.NORM_INF)
+                if change > _STILL:
+                    same, since, is_new = picture, last, change > _NEW
+                else:
+                    repeats, is_new = repeats + is_new, False
+                    if last - since > longest[1]:
+                        longest = since - first, last - since
                 yield Frame(last - first, picture)
                 count += 1
             else:
@@ -137,6 +143,9 @@ def read_video(path: str | Path) -> Iterator[Frame]:
     if longest[1] > _STILL_S:
         still = f"from {longest[0]:.3g} s for {longest[1]:.3g} s"
         warnings.warn(f"{path}: the picture stands still {still}", stacklevel=2)
+    if repeats > _REPEATS * count:
+        late = "the camera took fewer than the film has, and places are late by up to a frame"
+        warnings.warn(f"{path}: {repeats} of {count} pictures come again: {late}", stacklevel=2)
     if last - first < announced - _SOUND_S:
         ends = f"it ends at {last - first:.3g} s of {announced:.3g} s"
         warnings.warn(f"{path}: damaged or cut: {ends}", stacklevel=2)
