@@ -128,15 +128,35 @@ def test_stretches_that_differ_by_more_than_chance_are_told():
             spectrum(series, sample_interval=1.0).law(0.01, 0.3)
 
 
-def test_a_spectrum_of_lines_is_warned_of_and_one_of_a_noise_is_not(recwarn):
-    noise = np.cumsum(RNG(0).standard_normal(20_000))
-    law = spectrum(noise, sample_interval=1.0).law(0.003, 0.3)
-    assert law.exponent.value < -1 and not recwarn
-    waves = np.arange(20_000)[:, None] * 2 * np.pi * 0.02137 * np.arange(1, 20)
-    periodic = np.cos(waves) @ np.geomspace(1, 1e-3, 19)
-    with pytest.warns(UserWarning, match="one of lines, as of periodic motion") as heard:
-        spectrum(periodic, sample_interval=1.0).exponent(0.003, 0.3)
+def waves(first, count, last):
+    """A wave of 20,000 samples with some harmonics, of which the last has a given amplitude."""
+    phases = np.arange(20_000)[:, None] * 2 * np.pi * first * np.arange(1, count + 1)
+    return np.cos(phases) @ np.geomspace(1, last, count)
+
+
+NOISE = RNG(0).standard_normal(20_000)
+
+
+@pytest.mark.parametrize(
+    ("values", "low"),
+    [
+        (waves(0.02137, 19, 1e-3), 0.003),
+        (waves(0.0051, 60, 1e-3), 0.02),  # in stretches of 500 samples no line is by itself
+        (waves(0.02137, 1, 1), 0.003),
+        (waves(0.02137, 3, 0.1), 0.003),  # in most of the range there is none
+        (waves(0.02137, 3, 0.1) + 0.05 * NOISE, 0.003),
+    ],
+)
+def test_a_spectrum_of_lines_is_warned_of(values, low):
+    with pytest.warns(UserWarning, match="one of lines or narrow peaks") as heard:
+        spectrum(values, sample_interval=1.0).exponent(low, 0.3)
     assert len(heard) == 1 and heard[0].filename == __file__
+
+
+@pytest.mark.parametrize("values", [np.cumsum(NOISE), NOISE, waves(0.02137, 1, 1) + 2 * NOISE])
+def test_a_spectrum_of_a_noise_is_not_taken_for_lines(values):
+    with warnings.catch_warnings(action="error"):
+        spectrum(values, sample_interval=1.0).exponent(0.003, 0.3)
 
 
 # --- densities ------------------------------------------------------------------------------------

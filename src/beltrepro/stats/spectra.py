@@ -22,9 +22,12 @@ from beltrepro.stats.power_law import LEAST_DRAWN, PowerLaw, PowerLawFit, fit_lo
 # stick-slip cycle of the whole chain (a plateau), above the upper one single slips (a steep fall).
 FIT_BAND = (0.003, 0.3)
 _RESAMPLES = 200
-# Mean over median power of so many frequencies, the geometric mean of the range: 1.2 to 11 of
-# irregular motion, 1500 and more of periodic motion.
-_AROUND, _LINES = 101, 100.0
+# Mean over median power of so many frequencies, the geometric mean of the range: 1.2 to 7 of
+# irregular motion, 50 and more of orbits whose period passes ten times in a series.
+_AROUND, _LINES = 101, 30.0
+# Share of the power over its law, each decade alike, that is in the strongest tenth of the range:
+# 0.3 of noise, up to 0.9 of irregular motion, 0.98 and more of few or narrow peaks.
+_STRONGEST, _PEAKS = 0.1, 0.95
 # Variance of a mean over frequencies, over that of independent ones: Hann's window makes neighbours
 # alike. Up to 5 times that much is found in irregular motion of one kind, 3.7 to 2700 where it
 # changes between two.
@@ -160,8 +163,11 @@ class PowerSpectrum:
             raise InputError(f"low = {low:g}: must be below {last:g}, the last of the frequencies")
         high = min(high, last)
         frequency, power = self._drawn(low, high)
-        if _of_lines(power.mean(axis=0)):
-            warn("the spectrum is one of lines, as of periodic motion: it follows no power law")
+        if _of_lines(*self._whole, low, high):
+            warn(
+                "the spectrum is one of lines or narrow peaks, as of periodic motion: it follows "
+                "no power law"
+            )
         elif len(self.series) < LEAST_DRAWN and _excess(power) > _UNLIKE:
             warn(
                 "stretches differ by more than chance, as of motion that changes: what lasts for "
@@ -221,12 +227,21 @@ class PowerSpectrum:
         return frequency[inside], power
 
 
-def _of_lines(power: np.ndarray) -> bool:
-    """Whether lines hold nearly all the power around them."""
+def _of_lines(frequency: np.ndarray, power: np.ndarray, low: float, high: float) -> bool:
+    """Whether lines or peaks hold nearly all the power around them, or of the range."""
+    # of whole series: stretches may be too short to part the lines
+    inside = (frequency >= low) & (frequency <= high)
+    frequency, power = frequency[inside], np.maximum(power[inside], _TINY)
     size = min(_AROUND, power.size)
     around = (scipy.ndimage.uniform_filter1d, scipy.ndimage.median_filter)
     mean, median = (np.log(np.maximum(of(power, size), _TINY)) for of in around)
-    return bool(np.mean(mean - median) > np.log(_LINES))
+    over = power / fit_power_law(frequency, power, low=low, high=high)(frequency)
+    order = np.argsort(-over)
+    decades, share = 1 / frequency[order], over[order] / frequency[order]
+    strongest = np.cumsum(decades) < _STRONGEST * decades.sum()
+    return bool(
+        np.mean(mean - median) > np.log(_LINES) or share[strongest].sum() > _PEAKS * share.sum()
+    )
 
 
 def _excess(power: np.ndarray) -> float:
