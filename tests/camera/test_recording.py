@@ -11,6 +11,7 @@ import recorded
 from beltrepro.base.errors import InputError, NotEnoughDataError
 from beltrepro.replication.camera.recording import FIT_TO_HZ, analyse, regimes
 from beltrepro.replication.camera.scene import lengths_of_blocks
+from beltrepro.replication.studies.experiment.figures import draw_recording
 from beltrepro.replication.studies.experiment.measure import (
     tracking_error,
 )
@@ -67,6 +68,19 @@ def test_what_is_shorter_than_a_window_has_no_amplitude():
             recording = analyse(time[seen], calm[seen])
         assert recording.small_share == pytest.approx(share, nan_ok=True)
         assert "large" not in recording.spectra
+
+
+def test_a_picture_of_three_spectra_has_room_for_all():
+    time, position = bursts()
+    coloured = lfilter([1], [1, -0.9], np.random.default_rng(1).standard_normal(time.size))
+    figure = draw_recording(analyse(time, position + 0.002 * coloured))
+    with warnings.catch_warnings(action="error"):
+        figure.draw_without_rendering()
+    boxes = [axes.get_tightbbox() for axes in figure.axes]
+    assert len(boxes) == 4
+    for number, box in enumerate(boxes):
+        assert figure.bbox.containsx(box.x0) and figure.bbox.containsx(box.x1)
+        assert not any(box.overlaps(other) for other in boxes[:number])
 
 
 def test_few_changes_of_amplitude_are_told():

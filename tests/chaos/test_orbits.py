@@ -7,6 +7,7 @@ arithmetic of exact.py then closed it. What follows it again needs neither.
 import dataclasses
 import json
 import math
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -161,6 +162,12 @@ def test_r_and_mean_length_are_those_of_a_run_of_whole_periods():
     assert motion["period_time"][0] == pytest.approx(two.period_time, abs=1e-9)
     for name in ("period_events", "period_returns"):
         assert motion[name][0] == getattr(two, name)
+
+
+def test_one_period_of_an_orbit_is_no_run_that_is_too_short():
+    orbit = periodic_orbit(ChainParameters(1, 0.5), duration=2000, transient=500)
+    with warnings.catch_warnings(action="error"):
+        assert orbit.run().final_state.time == orbit.period_time
 
 
 def test_an_orbit_of_one_block_closes_where_its_spring_is_slack():

@@ -144,6 +144,8 @@ def test_numbers_without_a_name_and_symbols_of_the_paper_are_understood():
         with pytest.raises(InputError) as caught:
             getattr(beltrepro, name)(CHAIN, 1000, 300)
         line(caught.value, f"{name}: write duration=1000, transient=300")
+    with pytest.raises(InputError, match=r"^sweep: write belt_velocity=\[12, 20\]$"):
+        beltrepro.sweep(CHAIN, "belt_velocity", [12, 20], duration=100)
     for symbol, name in names.SYMBOLS.items():
         assert names.hint(symbol, [name, "other"]) == f"; did you mean {name!r}?"
     with pytest.raises(InputError, match="no argument 'N'; did you mean 'n_blocks'"):

@@ -281,6 +281,20 @@ def test_a_small_value_is_no_other_one():
     assert table.plot(where={"noise": 0}).lines[0].get_ydata().tolist() == [0, 1]
 
 
+def test_values_that_are_near_or_infinite_have_their_own_names():
+    near, weakening = [17.1, 17.10001, 17.2], [np.inf, 300.0]
+    table = Results(
+        columns(Setup(Grid(2, near, weakening_velocity=weakening, viscosity=[0.1, 0.2])))
+        | {"disorder_parameter": np.arange(12.0)},
+        {},
+    )
+    one = table.plot(where={"weakening_velocity": np.inf}, x="viscosity")
+    texts = [text.get_text() for text in one.get_legend().get_texts()]
+    assert texts == ["$u$ = 17.1", "$u$ = 17.10001", "$u$ = 17.2"]
+    with pytest.raises(InputError, match="where: noise = nan: a finite number is needed"):
+        table.plot(where={"noise": np.nan})
+
+
 def test_without_a_section_there_is_no_diagram(results):
     with pytest.raises(InputError, match="no section_velocity"):
         made_up().plot_section()

@@ -83,7 +83,7 @@ def checked(called: F, also: Collection[str] = ()) -> F:
             try:
                 signature.bind(*args, **kwargs)
             except TypeError as error:
-                named = _to_be_named(parameters, args, kwargs)
+                named = _to_be_named(parameters, also, args, kwargs)
                 needed = f"its arguments are {textwrap.shorten(', '.join(accepted), 300)}"
                 words = f"write {named}" if named else f"{error}: {needed}"
                 raise InputError(f"{title}: {words}") from None
@@ -95,11 +95,15 @@ def checked(called: F, also: Collection[str] = ()) -> F:
 _KEYWORDS = inspect.Parameter.VAR_KEYWORD
 
 
-def _to_be_named(parameters: list[inspect.Parameter], args: tuple, kwargs: dict) -> str:
+def _to_be_named(
+    parameters: list[inspect.Parameter], also: Collection[str], args: tuple, kwargs: dict
+) -> str:
     """Values without a name as they would be written; empty if there are not too many of them."""
     free = [item for item in parameters if item.name not in kwargs]
     named = [item.name for item in free if item.kind is inspect.Parameter.KEYWORD_ONLY]
     values = args[len(free) - len(named) :]
     if len(values) > len(named):
         return ""
+    if len(values) == 2 and isinstance(values[0], str) and values[0] in also:
+        return f"{values[0]}={shown(values[1])}"
     return ", ".join(f"{name}={shown(value)}" for name, value in zip(named, values, strict=False))

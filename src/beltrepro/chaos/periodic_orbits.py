@@ -6,6 +6,7 @@ map over one period. Its 2N eigenvalues are the multipliers of the orbit (docs/c
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -129,9 +130,9 @@ class PeriodicOrbit(Tabled):
             The interval is not allowed.
         """
         setup = Setup(self.parameters, initial_state=self.state)
-        return cast(
-            Run, simulate(setup, duration=self.period_time, sample_interval=sample_interval)
-        )
+        with warnings.catch_warnings(action="ignore"):  # of a run so short, which is all there is
+            run = simulate(setup, duration=self.period_time, sample_interval=sample_interval)
+        return cast(Run, run)
 
     @one_panel
     def plot(

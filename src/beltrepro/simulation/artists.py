@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,9 +57,16 @@ def label_of(name: str) -> str:
     return label(symbol(name), UNIT_OF.get(name, "1"))
 
 
-def valued(name: str, value: Any) -> str:
+def valued(name: str, value: Any, form: str = "g") -> str:
     """A quantity with its value, as a legend has it."""
-    return f"{symbol(name)} = {value if isinstance(value, str) else format(value, 'g')}"
+    return f"{symbol(name)} = {value if isinstance(value, str) else format(value, form)}"
+
+
+def form_of(values: Iterable[Any]) -> str:
+    """A format in which each of the numbers has its own text, of six digits if these do."""
+    numbers = {value for value in values if not isinstance(value, str)}
+    forms = {form: {format(value, form) for value in numbers} for form in ("g", ".12g")}
+    return next((form for form, texts in forms.items() if len(texts) == len(numbers)), ".17g")
 
 
 def shades(count: int) -> list[str]:

@@ -55,6 +55,7 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     keys = [tuple(map(_sortable, key)) for key in zip(*columns, strict=True)]
     keys = keys or [()] * len(abscissa)
     curves = sorted(set(keys))
+    forms = [*map(artists.form_of, zip(*curves, strict=True))]
     if len(curves) > 1 and "color" in look:
         raise InputError("color: each of several curves has its own; where={...} leaves one")
     _warn_of_starts(table, chosen)
@@ -62,8 +63,8 @@ def results(ax: Axes, table: Any, y: str, x: str | None, by: Any, where: Any, lo
     labelled = -(-len(curves) // _MOST_LABELS)
     for number, (curve, colour) in enumerate(zip(curves, colours, strict=True)):
         mine = np.array([key == curve for key in keys])
-        pairs = [pair for pair in zip(by, curve, strict=True) if pair[1] != _NONE]
-        words = ", ".join(starmap(artists.valued, pairs)) * (number % labelled == 0)
+        parts = [one for one in zip(by, curve, forms, strict=True) if one[1] != _NONE]
+        words = ", ".join(starmap(artists.valued, parts)) * (number % labelled == 0)
         how = {"color": colour, "label": words} | look
         artists.band(ax, abscissa[mine], ordinate[mine], **how)
     ax.set(xlabel=label_of(x), ylabel=label_of(y))
@@ -151,7 +152,8 @@ def _chosen(table: Any, where: Mapping[str, Any] | None) -> np.ndarray:
             value = _in_words(checks.series(f"where: {name}", value))
         elif is_word and name in QUANTITIES and checks.is_real(value):  # the same for all of them
             value = np.array([_in_words(np.full(n, float(value))) for n in table["n_blocks"]])
-        value = value if is_word else checks.finite_number(f"where: {name}", value)
+        if not (is_word or (checks.is_real(value) and np.isinf(value))):  # as a linear_limit
+            value = checks.finite_number(f"where: {name}", value)
         chosen &= column == value if is_word else np.isclose(column, value, 1e-9, 0)
         if not chosen.any():
             raise InputError(f"where: no chain has {name} = {shown(value)}")

@@ -50,11 +50,11 @@ def save(recording, path):
 @style.styled
 def draw_recording(recording):
     """x_N(t), stretches of small amplitude shaded; below, spectra of the parts of Figs. 4 and 5."""
-    figure = style.page(3.4)
     names = [name for name in (SMALL, LARGE, WHOLE) if name in recording.spectra]
     if len(names) == 2:  # one part is the whole
         names = [name for name in names if name != WHOLE]
-    above, *below = figure.subplot_mosaic([["x"] * len(names), names]).values()
+    figure = style.page(1.7 * (1 + len(names)))
+    above, *below = figure.subplots(1 + len(names))
     above.set_title("\n".join(draw_trace(above, recording)))
     for axes, name in zip(below, names, strict=True):
         draw_spectrum(axes, recording.spectra[name], name)
