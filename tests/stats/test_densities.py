@@ -1,5 +1,6 @@
 """Densities, power laws and spectra of series with closed forms: values, intervals, few data."""
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -173,6 +174,19 @@ def test_a_law_through_the_bins_of_exact_values_lies_on_them():
     assert repr(law).startswith(f"PowerLaw(exponent={law.exponent.value:.6g} (")
     assert repr(replace(law, p=0.09)).endswith("p=0.09 (refused))")
     assert repr(replace(law, p=0.11)).endswith("p=0.11)")
+
+
+def test_bins_of_few_values_tilt_the_line_by_what_is_told():
+    lines = []
+    for seed in range(30):
+        with pytest.warns(UserWarning, match="bins of few values tilt the line") as heard:
+            law = density(law_of(-1.5, 1, 1000, 300, seed), 20).law()
+        (tilt,) = re.findall(r"by about (\S+):", str(heard[0].message))
+        lines.append((law.exponent.value, float(tilt)))
+    value, tilt = np.mean(lines, axis=0)
+    assert value == pytest.approx(-1.5 + tilt, abs=0.03) and tilt > 0.05
+    with warnings.catch_warnings(action="error"):
+        density(law_of(-1.5, 1, 1000, 1000, 1), 5).law()
 
 
 def test_the_interval_of_series_of_two_kinds_holds_their_scatter():
