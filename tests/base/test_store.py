@@ -98,6 +98,31 @@ def test_code_version_names_the_commit_and_changes_to_it(version_of, tmp_path):
     assert provenance.of_all([*parts, parts[0]])["code_version"] == "1.0; 1.1"
 
 
+def test_code_that_git_is_told_to_see_otherwise_is_dirty(version_of, tmp_path):
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    clean, first = version_of(), git(tmp_path, "rev-parse", "HEAD")
+    (provenance.ROOT / "a.py").write_text("a = 2\n")
+    git(tmp_path, "commit", "-qam", "second")
+    assert version_of() != clean and not version_of().endswith(".dirty")
+    second = git(tmp_path, "rev-parse", "HEAD")
+    git(tmp_path, "reset", "-q", "--hard", first)
+    git(tmp_path, "replace", first, second)
+    git(tmp_path, "reset", "-q", "--hard")
+    assert (provenance.ROOT / "a.py").read_text() == "a = 2\n"
+    assert version_of() == f"{clean}.dirty"
+    git(tmp_path, "replace", "-d", first)
+    git(tmp_path, "reset", "-q", "--hard")
+    assert version_of() == clean
+    (tmp_path / ".git" / "info" / "attributes").write_text("*.py filter=empty")
+    git(tmp_path, "config", "filter.empty.clean", "true")
+    (provenance.ROOT / "a.py").write_text("a = 2\n")
+    git(tmp_path, "add", ".")
+    assert not git(tmp_path, "status", "--short")
+    assert version_of() == f"{clean}.dirty"
+
+
 def test_code_behind_links_is_that_where_they_lead(version_of, tmp_path):
     (tmp_path / "linked").mkdir()
     (tmp_path / "linked" / "beltrepro").symlink_to(ROOT / "src" / "beltrepro")

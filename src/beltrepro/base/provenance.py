@@ -87,20 +87,37 @@ def _version_and_commit() -> str:
 
 def _commit_of_git(tree: Path) -> str:
     """The commit that is checked out; empty if git is not there, or tracks something else."""
-    tracked = ["ls-files", "--error-unmatch", str(ROOT.relative_to(tree))]
-    listed = ["ls-files", "-v", "--cached", "--others", "--exclude=__pycache__/", "--"]
-    folders = ROOT, tree / "workflow"  # whose files make results
-    listed += map(str, folders)
+    tracked = ["ls-files", "--error-unmatch", _folders(tree)[0]]
     described = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=.dirty"]
     try:
-        _, files, commit = (_git(tree, *words) for words in (tracked, listed, described))
+        _, commit = (_git(tree, *words) for words in (tracked, described))
     except (OSError, subprocess.CalledProcessError):
         return ""
-    # new files, and those that git was asked not to look at, have another letter than H
-    is_edited = commit.endswith(".dirty") or any(line[:2] != "H " for line in files.splitlines())
-    # of a link git knows where it leads, but not what is there
-    is_edited |= any(path.is_symlink() for folder in folders for path in folder.rglob("*"))
+    is_edited = commit.endswith(".dirty") or _differs_from_commit(tree)
     return commit.removesuffix(".dirty") + ".dirty" * is_edited
+
+
+def _differs_from_commit(tree: Path) -> bool:
+    """Whether the files that make results are others than the commit has.
+
+    They are read: git may have been told not to look at some, or to see them changed by a filter.
+    """
+    listed = ["ls-files", "-z", "--cached", "--others", "--exclude=__pycache__/", "--"]
+    names = _git(tree, *listed, *_folders(tree)).rstrip("\0").split("\0")
+    committed = _git(tree, "ls-tree", "-r", "-z", "HEAD", *_folders(tree)).rstrip("\0").split("\0")
+    try:
+        read = _git(tree, "hash-object", "--no-filters", "--stdin-paths", input="\n".join(names))
+    except subprocess.CalledProcessError:  # one is gone
+        return True
+    of_commit = {
+        name: about.split()[2] for about, name in (one.split("\t", 1) for one in committed)
+    }
+    return dict(zip(names, read.split("\n"), strict=True)) != of_commit
+
+
+def _folders(tree: Path) -> tuple[str, str]:
+    """Of the files that make results."""
+    return str(ROOT.relative_to(tree)), "workflow"
 
 
 def _commit_of_archive(tree: Path) -> str:
@@ -133,7 +150,8 @@ def _hash_of_files(tree: Path, template: str) -> str:
 def _git(tree: Path, *words: str, input: str | None = None) -> str:
     # git asks whose the tree is before it reads settings in it; code of the tree runs here already
     settings = ["-c", "safe.directory=*", "-c", f"core.excludesFile={os.devnull}"]
-    command = ["git", *settings, "--no-optional-locks", "-C", str(tree), *words]
+    command = ["git", *settings, "--no-optional-locks", "--no-replace-objects"]
+    command += ["-C", str(tree), *words]
     # hooks and `git rebase --exec` name their own repository and index in variables
     variables = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     how: dict = {"capture_output": True, "check": True, "errors": "surrogateescape"}
