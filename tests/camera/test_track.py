@@ -209,6 +209,9 @@ def test_a_resting_block_is_placed_and_a_picture_that_stands_still_told(tmp_path
     twice = [picture for picture in WHOLE[::2] for _ in range(2)]
     with pytest.warns(UserWarning, match="46 of 96 pictures come again: the camera took fewer"):
         track(written(tmp_path / "twice.mp4", twice), **KNOWN)
+    sixth = [WHOLE[k - (k % 6 == 1)] for k in range(len(WHOLE))]
+    with pytest.warns(UserWarning, match="of 96 pictures come again"):
+        track(written(tmp_path / "sixth.mp4", sixth), **KNOWN)
     seldom = [WHOLE[k - (k % 12 == 1)] for k in range(len(WHOLE))]
     with warnings.catch_warnings(action="error"):
         track(written(tmp_path / "seldom.mp4", seldom), **KNOWN)

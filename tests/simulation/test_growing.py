@@ -233,11 +233,12 @@ def test_rows_of_a_store_keep_the_code_that_made_them_and_other_code_is_told(
         ("b", [5.0], "a", "rows of code a, and this is b; a new file has those of this code alone"),
         ("b", [7.0], "a; b", ""),  # none of its rows is asked for
         ("b", [5, 7], "a; b", "rows of code a; b, and this is b; a new"),
-        ("b.dirty", [8.0], "a; b; b.dirty", ""),
-        ("b.dirty", [8.0], "a; b; b.dirty", "may have changed since"),
+        ("b.dirty", [8.0], "b.dirty", ""),
+        ("b.dirty", [8.0], "b.dirty", "and this is b.dirty, which edits that no commit has may"),
     ):
+        path = tmp_path / ("edited.h5" if "dirty" in code else "store.h5")
         monkeypatch.setattr(provenance, "code_version", lambda code=code: code)
-        results = scan(Grid(2, velocities), duration=60.0, store=tmp_path / "store.h5")
+        results = scan(Grid(2, velocities), duration=60.0, store=path)
         results.save(tmp_path / "some.h5")
         assert Results.load(tmp_path / "some.h5").settings["code_version"] == made_by
         said = [str(warning.message) for warning in recwarn if "store" in str(warning.message)]

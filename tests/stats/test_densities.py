@@ -143,6 +143,7 @@ NOISE = RNG(0).standard_normal(20_000)
     [
         (waves(0.02137, 19, 1e-3), 0.003),
         (waves(0.0051, 60, 1e-3), 0.02),  # in stretches of 500 samples no line is by itself
+        (waves(0.00051, 580, 1e-3), 0.02),  # a third of the range is in lines
         (waves(0.02137, 1, 1), 0.003),
         (waves(0.02137, 3, 0.1), 0.003),  # in most of the range there is none
         (waves(0.02137, 3, 0.1) + 0.05 * NOISE, 0.003),
@@ -154,7 +155,13 @@ def test_a_spectrum_of_lines_is_warned_of(values, low):
     assert len(heard) == 1 and heard[0].filename == __file__
 
 
-@pytest.mark.parametrize("values", [np.cumsum(NOISE), NOISE, waves(0.02137, 1, 1) + 2 * NOISE])
+# nearly all of whose power over a straight line is in few frequencies, but in half a decade
+STEEP = scipy.signal.sosfilt(scipy.signal.butter(7, 0.04, output="sos"), NOISE)
+
+
+@pytest.mark.parametrize(
+    "values", [np.cumsum(NOISE), NOISE, waves(0.02137, 1, 1) + 2 * NOISE, STEEP]
+)
 def test_a_spectrum_of_a_noise_is_not_taken_for_lines(values):
     with warnings.catch_warnings(action="error"):
         spectrum(values, sample_interval=1.0).exponent(0.003, 0.3)
