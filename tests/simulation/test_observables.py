@@ -175,6 +175,17 @@ def test_a_section_is_of_the_last_block_where_it_slips():
     assert half >= 3 and again[half:].all() and not again[:half].all()
 
 
+def test_points_say_something_new_in_each_unit_of_time():
+    repeated = []
+    for unit in (1.0, 10.0, 0.1, 0.01):
+        mass = tuple(unit**2 * np.array([1, 1.5, 2]))
+        chain = ChainParameters(3, 11 / unit, friction_ratio=0.4, mass=mass)
+        points = section(catalogue(chain, duration=1500 * unit, transient=200 * unit))
+        repeated.append(points["repeated"].tolist())
+    assert len(repeated[0]) == 73 and repeated == repeated[:1] * 4
+    assert 0 < sum(repeated[0]) < 36
+
+
 def test_what_is_no_source_is_one_line_that_says_what_is(runs, records):
     later = replace(runs[1].initial_state, time=0.05)  # as many samples, one less after 150
     shorter = replace(runs[1], time=runs[1].time - 0.05, initial_state=later)

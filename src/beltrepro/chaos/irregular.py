@@ -14,11 +14,11 @@ from beltrepro.base.errors import InputError
 from beltrepro.chaos import vectors
 from beltrepro.chaos.naming import ends_in_slip, period_of, warn_of_rests
 from beltrepro.chaos.periodic_orbits import MOMENTS
-from beltrepro.chaos.vectors import INTERVAL, METHOD, as_lengths, part
+from beltrepro.chaos.vectors import INTERVAL, METHOD, part
 from beltrepro.engine.integrator import Integrator, Section
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.model import ChainParameters
-from beltrepro.model.energy import slow_unit, times_as_fast
+from beltrepro.model.energy import as_lengths, slow_unit, times_as_fast
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.observe.length import LengthMoments
 from beltrepro.simulation.groups import (

@@ -15,10 +15,10 @@ from beltrepro.base import checks, names
 from beltrepro.base.errors import InputError
 from beltrepro.chaos.irregular import WIDEST
 from beltrepro.chaos.periodic_orbits import PeriodicOrbit, advanced, exact_case, follow
-from beltrepro.chaos.vectors import as_lengths
 from beltrepro.engine.integrator import GROUP_SIZE
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
+from beltrepro.model.energy import as_lengths
 from beltrepro.observe.crossings import ReturnLog
 from beltrepro.simulation.setup import Case
 

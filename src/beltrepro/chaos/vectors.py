@@ -13,8 +13,7 @@ from beltrepro.engine.simd import load, select, store
 from beltrepro.engine.state import ChainState
 from beltrepro.engine.tangent import TangentIntegrator
 from beltrepro.engine.vector import inlined
-from beltrepro.model import ChainParameters
-from beltrepro.model.energy import slow_unit, times_as_fast
+from beltrepro.model.energy import as_lengths, slow_unit, times_as_fast
 from beltrepro.simulation.groups import Report
 from beltrepro.simulation.setup import Case
 
@@ -111,13 +110,6 @@ def with_vectors(
     vectors[:, :rows] = np.hstack([directions, directions[:, : int(across)]])
     chains.set_deviations(vectors / _factors(chains))
     return chains
-
-
-def as_lengths(chain: ChainParameters) -> np.ndarray:
-    """Factors (2N,) that make lengths of the displacements and velocities of a state."""
-    # of a block that oscillates, they are as large as its displacements
-    times = np.sqrt(chain.by_block("mass") / chain.by_block("stiffness"))
-    return np.concatenate([np.ones(chain.n_blocks), times])
 
 
 def _factors(chains: TangentIntegrator) -> np.ndarray:

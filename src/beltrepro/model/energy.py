@@ -159,6 +159,13 @@ def slow_unit(parameters: ChainParameters) -> float:
     return math.sqrt(mass.max() / stiffness.min())
 
 
+def as_lengths(chain: ChainParameters) -> np.ndarray:
+    """Factors (2N,) that make lengths of the displacements and velocities of a state."""
+    # of a block that oscillates, they are as large as its displacements
+    times = np.sqrt(chain.by_block("mass") / chain.by_block("stiffness"))
+    return np.concatenate([np.ones(chain.n_blocks), times])
+
+
 def times_as_fast(parameters: ChainParameters) -> int:
     """How many times as fast as in the paper's chain things may be in one of other constants."""
     mass = parameters.by_block("mass").min()

@@ -14,6 +14,7 @@ from beltrepro.base.checks import is_sequence, shown
 from beltrepro.base.errors import InputError, require, warn
 from beltrepro.engine.law import law_constants
 from beltrepro.engine.records import EVENT_DISSIPATED
+from beltrepro.model.energy import as_lengths
 from beltrepro.observe.slips import slips_and_avalanches
 from beltrepro.simulation.catalogues import Catalogue
 from beltrepro.simulation.run import Run
@@ -319,6 +320,8 @@ def section(source: Catalogue) -> SectionPoints:
     points["relative_velocity"] = rows["velocities"][:, -1]
     belt_velocity = _of_chain(source, rows, "belt_velocity")
     points["relative_velocity"] -= belt_velocity
-    points["repeated"] = sections.repeated(np.hstack([rows["positions"], rows["velocities"]]))
+    factors = np.array([as_lengths(chain) for chain in source.parameters])[rows["point"]]
+    states = factors * np.hstack([rows["positions"], rows["velocities"]])
+    points["repeated"] = sections.repeated(states)
     slips = points["relative_velocity"] < -STUCK * np.minimum(belt_velocity, 1.0)
     return SectionPoints(points[slips])
