@@ -109,10 +109,9 @@ def _differs_from_commit(tree: Path) -> bool:
         read = _git(tree, "hash-object", "--no-filters", "--stdin-paths", input="\n".join(names))
     except subprocess.CalledProcessError:  # one is gone
         return True
-    of_commit = {
-        name: about.split()[2] for about, name in (one.split("\t", 1) for one in committed)
-    }
-    return dict(zip(names, read.split("\n"), strict=True)) != of_commit
+    pairs = (line.split("\t", 1) for line in committed)  # mode, kind and hash, then the name
+    of_commit = {name: about.split()[2] for about, name in pairs}
+    return dict(zip(names, read.split("\n"), strict=False)) != of_commit
 
 
 def _folders(tree: Path) -> tuple[str, str]:

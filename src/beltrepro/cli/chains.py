@@ -17,7 +17,12 @@ settings as attributes. In Python: beltrepro.Run.load(FILE)."""
 @shared.command(
     *shared.ONE_CHAIN,
     shared.JSON,
-    ("sample_interval", float, None, "time between samples in --output (0.1); changes r by 1e-5"),
+    (
+        "sample_interval",
+        float,
+        None,
+        "time between samples in --output (0.1); changes r of 2500 time units by 1e-5",
+    ),
     ("output", Path, None, "write the run to this .h5 file, see below"),
     *shared.chain_options(),
     epilog=shared.UNITS + _FILE,
