@@ -15,6 +15,7 @@ from beltrepro.chaos.periodic_orbits import MOMENTS, PeriodicOrbit
 from beltrepro.chaos.vectors import part
 from beltrepro.engine.state import ChainState
 from beltrepro.model import ChainParameters
+from beltrepro.model.energy import fast_unit
 from beltrepro.model.parameters import LIMITS
 from beltrepro.simulation.groups import Report, check_progress
 from beltrepro.simulation.setup import check_tolerance
@@ -33,6 +34,7 @@ _PREDICTED = 0.1  # share of a step over which the change of the orbit is looked
 _CLOSED = 1e-10  # residual; a fold seems to lie further on by about that
 _NEAR = 0.2, 1e-3  # by which a period may miss its prediction: shares of its change, and of itself
 _MULTIPLE = 1e-6  # share of the period to which its parts agree if it is several periods
+_HALVES = 0.05  # the same just before an orbit becomes twice one of half the period
 _BEYOND = 8  # times the last step: where a motion beyond an end shows what has changed
 _FOLD = 0.2  # a multiplier so near to 1 becomes 1 at the end; it does as a square root
 
@@ -359,14 +361,13 @@ class _Course(NamedTuple):
             _, beyond = self.follow(start, period_time)
         except ModelStateError:
             return SpecialPoint(value, CONTACT, 0, "blocks meet, or a block and the wall")
-        mass, stiffness = map(orbit.parameters.by_block, ("mass", "stiffness"))
-        unit = float(np.sqrt(mass.min() / stiffness.max()))
+        unit = fast_unit(orbit.parameters)
         if difference := words.first_difference(here.word, beyond, unit):
             return _grazing(value, difference)
         size = float(np.abs(np.delete(orbit.multipliers, orbit.trivial) - 1).min())
         if size > _FOLD:
             return SpecialPoint(value, LOST, 0, "Newton's method finds no orbit beyond")
-        if words.repeats(here.word, orbit.period_time, words.SAME) > 1:
+        if words.repeats(here.word, orbit.period_time, _HALVES) > 1:
             text = "the orbit becomes twice one of half the period"
             return SpecialPoint(value, DOUBLING, 0, text)
         return SpecialPoint(value, FOLD, 0, "a multiplier becomes 1: the orbit meets another one")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -118,12 +119,10 @@ def time_to_orbit(
     alike: dict[tuple[float, float], list[_Run]] = {}
     for run in runs:
         alike.setdefault(_windows(run.case.parameters), []).append(run)
-    done = 0.0
-    for windows, some in alike.items():
-        share = len(some) / len(runs)
-        _follow(some, duration, closed, windows, part(progress, done, done + share), made.workers)
-        done += share
-    part(progress, 0, 1)(1.0)
+    ends = np.cumsum([len(some) for some in alike.values()]) / len(runs)
+    shares = pairwise([0.0, *ends.tolist()])
+    for (windows, some), share in zip(alike.items(), shares, strict=True):
+        _follow(some, duration, closed, windows, part(progress, *share), made.workers)
     width = 2 * max(case.parameters.n_blocks for case in made.cases)
     rows = [run.row(duration, width) for run in runs]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -9,9 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Share of sqrt(m / k), of the lightest block on the stiffest spring, by which the same event moves
-# from one orbit to the next, at most; and of a period, by which its halves differ.
-SAME = 0.05
+_SAME = 0.05  # of a unit of time, by which the same event moves from one orbit to the next at most
 
 
 class Symbol(NamedTuple):
@@ -98,7 +96,7 @@ def first_difference(inside: Word, outside: Word, unit: float) -> Difference | N
     first, second = _by_block(inside), _by_block(outside)
     for block in first.keys() | second.keys():
         for old, new in zip_longest(first.get(block, []), second.get(block, [])):
-            near = bool(old and new) and abs(new.time - old.time) < SAME * unit
+            near = bool(old and new) and abs(new.time - old.time) < _SAME * unit
             if not (near and old.kind == new.kind):
                 appears = old is None or (new is not None and new.time < old.time)
                 differences.append(Difference(new if appears else old, appears, near))

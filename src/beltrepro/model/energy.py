@@ -159,6 +159,12 @@ def slow_unit(parameters: ChainParameters) -> float:
     return math.sqrt(mass.max() / stiffness.min())
 
 
+def fast_unit(parameters: ChainParameters) -> float:
+    """Unit of time of the lightest block on the stiffest spring: 1 in the paper's chain."""
+    mass, stiffness = parameters.by_block("mass"), parameters.by_block("stiffness")
+    return math.sqrt(mass.min() / stiffness.max())
+
+
 def as_lengths(chain: ChainParameters) -> np.ndarray:
     """Factors (2N,) that make lengths of the displacements and velocities of a state."""
     # of a block that oscillates, they are as large as its displacements

@@ -30,7 +30,6 @@ from beltrepro.stats.power_law import (
 
 FINE_BINS = 10  # a decade, in which the most probable value is looked for
 STARTS_TRIED = 12
-_WIDTH = 3.92  # of an interval, in standard errors
 _PULLED = 0.7  # standard errors, from which on an interval holds less than 85 in 100
 _MOST = 1e150  # of a value, and of its inverse: products of two are floats
 _MOST_LOG = 300.0  # of a prefactor, which with its interval is to be a float
@@ -199,7 +198,7 @@ class Density:
         exponent, prefactor = _law_of(self.counts, lambda drawn: self._fit(drawn)[:2])
         # A bin of few values weighs more where it has more: of k, with the mean c, the mean of
         # k ln k is about c ln c + 1/2. By so much each bin pulls at the line.
-        place, error = np.log(self.centre), (exponent.high - exponent.low) / _WIDTH
+        place, error = np.log(self.centre), estimates.error_of(exponent.low, exponent.high)
         apart = place[self.count > 0] - np.average(place, weights=self.count)
         if abs(pull := 0.5 * apart.sum() * error) > _PULLED:
             tilt = f"tilt the line by about {pull * error:+.2g}"

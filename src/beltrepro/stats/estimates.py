@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -134,6 +135,11 @@ def from_error(value: float, error: float, runs: int | None, freedom: float = ma
     return about(value, reach, reach, runs)
 
 
+def error_of(low: Any, high: Any) -> Any:
+    """The standard error of which intervals have these ends."""
+    return (high - low) / (2 * scipy.stats.norm.ppf((1 + CONFIDENCE) / 2))
+
+
 def mean(samples: Sequence[float] | np.ndarray) -> Estimate:
     """Mean of independent runs, with the interval of Student's t."""
     samples = np.asarray(samples, dtype=float)
@@ -249,7 +255,7 @@ def slope(places: Sequence[float], points: Sequence[Estimate]) -> Estimate:
     """
     require(len(points) >= 3, f"{len(points)} points, 3 are needed for a slope")
     values, low, high = np.array([point.numbers for point in points]).T
-    errors = (high - low) / (2 * scipy.stats.norm.ppf((1 + CONFIDENCE) / 2))
+    errors = error_of(low, high)
     require(bool(np.all(np.isfinite(values)) and np.all(errors > 0)), "a point has no interval")
     line, covariance = np.polyfit(places, values, 1, w=1 / errors, cov="unscaled")
     excess = np.sum(((values - np.polyval(line, places)) / errors) ** 2) / (len(points) - 2)

@@ -137,8 +137,9 @@ class PowerSpectrum:
         each. Their mean spectrum, in ten bins a decade, has a straight line on doubly logarithmic
         axes. The intervals are those of 6 or more series drawn anew, or else of their stretches; of
         6 to 8 series about 90 in 100 hold the exponent. Those of fewer do not hold what lasts
-        longer than a stretch; a warning tells where stretches differ by more than chance. Hann's
-        window lets none below about -4 be told: there half of the intervals hold it.
+        longer than a stretch; a warning tells where stretches differ by more than chance, another
+        where lines or narrow peaks hold the power. Hann's window lets none below about -4 be told:
+        there half of the intervals hold it.
 
         Parameters
         ----------
